@@ -1,0 +1,125 @@
+// What a scene file says: plain options with defaults, and their validation.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace twilight {
+
+/// Place and time of the observer. Either latitude, longitude and time are all
+/// given, or [sun] elevation_deg is.
+struct ObserverOptions {
+  std::optional<double> latitude_deg;   ///< geodetic (WGS84), -90..90
+  std::optional<double> longitude_deg;  ///< east positive, -180..360
+  double height_m = 0.0;                ///< above the ground sphere; 0 = sea level; below the top
+  std::optional<std::string> time;      ///< RFC 3339 with offset, "2003-12-08T17:00:00+01:00"
+};
+
+struct SunOptions {
+  std::optional<double> elevation_deg;  ///< geometric (no refraction), -90..90
+  double azimuth_deg = 180.0;           ///< clockwise from north; only with elevation_deg. South: the
+                                        ///< middle of a lat-long map
+  /// "gueymard2004", "kurucz1992", "astm_g173", "tsis1_hsrs" or "unit" (1 W m^-2 nm^-1).
+  /// Gueymard (2004) covers 280..1000 nm and agrees with TSIS-1 within about 1 %.
+  std::string spectrum = "gueymard2004";
+};
+
+struct EarthOptions {
+  std::optional<double> radius_km;  ///< 1000..70000; unset: the ellipsoid's radius of curvature in
+                                    ///< the Sun's azimuth, or 6371 where no place is given
+  double ground_albedo = 0.1;       ///< Lambertian, 0..1; 0.1 = vegetated land
+};
+
+struct AtmosphereOptions {
+  /// "us_standard", "tropical", "midlatitude_summer", "midlatitude_winter",
+  /// "subarctic_summer", "subarctic_winter" (AFGL), or "exponential" (the
+  /// paper's exp(-h/8 km)).
+  std::string profile = "us_standard";
+  double top_km = 100.0;  ///< 1..120 for AFGL profiles, 1..200 for "exponential"; 100: sunlit air
+                          ///< above the zenith down to a Sun of -10 deg
+  int layers = 100;       ///< 1..500
+  /// "graded" (equal steps of the integral of density^(1/4): fine below, never
+  /// coarse above), "equal-air-mass" (the paper's recursion), "even".
+  std::string layer_spacing = "graded";
+  std::string layer_optics = "mean";  ///< of the density over each layer, or at its "centre" (the paper)
+  std::optional<double> ozone_du;      ///< 0..1000; unset: the profile's own column, 300 for
+                                       ///< "exponential"
+  std::string ozone = "layered";       ///< "layered" (slant path) or "vertical" (the paper's filter)
+  bool refraction = true;              ///< of sunlight and of view rays
+  std::string refractive_index = "ciddor";  ///< "ciddor" or "haber2005" (the formula as printed)
+  /// King factor of air ("king"), or one depolarisation ratio in [0, 6/7)
+  std::optional<double> depolarisation;     ///< unset = "king"
+  std::optional<std::string> optical_layers;  ///< CSV that replaces profile and aerosols; relative
+                                              ///< to the scene file
+};
+
+struct AerosolOptions {
+  /// "none" or one of the ten OPAC types: continental_clean, continental_average,
+  /// continental_polluted, urban, desert, maritime_clean, maritime_polluted,
+  /// maritime_tropical, arctic, antarctic
+  std::string type = "continental_average";
+  double relative_humidity_percent = 80.0;       ///< of the mixing layer, 0..99
+  std::optional<double> optical_depth_550nm;     ///< 0..10: scales the whole aerosol column to this
+};
+
+struct SpectrumOptions {
+  /// Strictly increasing, 280..1000 nm, 1..64 of them.
+  std::vector<double> wavelengths_nm = {380, 410, 440, 470, 500, 530, 560, 590,
+                                        620, 650, 680, 710, 740, 760, 780};
+};
+
+struct SolverOptions {
+  std::string method = "cells";
+  int azimuth_divisions = 120;    ///< S, even, 8..360; 120 = the paper's 3 degrees
+  int scattering_orders = 8;      ///< 1..50 scattering events followed
+  int active_shell_stride = 4;    ///< 1..32; 1 = every shell exchanges
+  /// "quadrature": an active shell carries the weight of the passive ones it
+  /// stands for; "rescale": the paper's ratio of total to active power (Sec. 5).
+  std::string active_shell_weighting = "quadrature";
+  double inner_radius_m = 1000.0;  ///< 1..10000; 100 reproduces the paper's shell counts
+  std::string air_phase = "rayleigh";  ///< "rayleigh" or "isotropic" (the paper) in every order
+  std::string cell_optics = "mean";    ///< "mean" over the cell, or "centre" (the paper)
+  /// No exchange cell taller than this: rings of far shells are divided in
+  /// elevation. 0 = never (the paper).
+  double cell_height_km = 4.0;
+  /// "exact-single": single scattering marched along the view ray plus the
+  /// cells' multiple scattering; "cells": everything from the cells (Sec. 4.7).
+  std::string gather = "exact-single";
+  bool polarisation = false;  ///< the cells are scalar: true is an error for "cells"
+  int threads = 0;            ///< 0 = every core; results do not depend on it
+};
+
+struct OutputOptions {
+  std::string projection = "fisheye";  ///< "fisheye", "latlong" or "octahedral"
+  int size = 512;                      ///< 4..16384 pixels; height; a latlong map is twice as wide
+  /// "rgb", "xyz", or "rgb+spectral" / "xyz+spectral" (a second file holds the spectral layout)
+  std::string channels = "rgb";
+  std::string colour_observer = "cie1931";  ///< "cie1931" (2 deg) or "cie1964" (10 deg, the paper)
+  bool sun_disc = false;                    ///< draw the solar disc (attenuated direct radiance)
+};
+
+struct Scene {
+  ObserverOptions observer;
+  SunOptions sun;
+  EarthOptions earth;
+  AtmosphereOptions atmosphere;
+  AerosolOptions aerosols;
+  SpectrumOptions spectrum;
+  SolverOptions solver;
+  OutputOptions output;
+};
+
+/// One key's complaint: "solver.azimuth_divisions", and what is wrong with its
+/// value, the value and the allowed range included.
+struct SceneProblem {
+  std::string key;
+  std::string message;
+};
+
+/// The first thing wrong with the scene, or nothing. Checks every range given
+/// above and the rules that join keys (place or elevation, not both).
+std::optional<SceneProblem> validate(const Scene& scene);
+
+}  // namespace twilight

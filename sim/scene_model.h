@@ -1,0 +1,31 @@
+// A scene made physical: Sun, local Earth radius, optical medium.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "atmosphere/medium.h"
+#include "sim/run_control.h"
+#include "sim/scene.h"
+#include "sim/sky.h"
+
+namespace twilight {
+
+/// Everything a solver needs, resolved from a scene.
+struct SceneModel {
+  Scene scene;                     ///< as validated; defaults in place
+  double sun_elevation_rad = 0.0;  ///< geometric (without refraction), topocentric
+  double sun_azimuth_rad = 0.0;    ///< clockwise from north
+  double sun_distance_au = 1.0;
+  Medium medium;                          ///< earth_radius_km included
+  std::vector<double> solar_irradiance;   ///< at the actual distance, W m^-2 nm^-1, per wavelength
+};
+
+/// Resolves a valid scene. Throws std::invalid_argument (value and range named) where
+/// the scene asks for what the tables do not hold, std::runtime_error on file errors.
+SceneModel build_scene_model(const Scene& scene);
+
+/// Solves the sky with the scene's solver.method. Throws Cancelled when stopped.
+std::unique_ptr<Sky> solve_sky(const SceneModel& model, const RunControl& control = {});
+
+}  // namespace twilight

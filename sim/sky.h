@@ -1,0 +1,49 @@
+// A solved sky: what every solver hands to the outputs.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace twilight {
+
+/// A view direction at the observer. Elevation -pi/2..pi/2 (apparent, as seen);
+/// azimuth relative to the Sun, 0 = towards it, growing clockwise seen from above.
+struct ViewDirection {
+  double elevation_rad = 0.0;
+  double relative_azimuth_rad = 0.0;
+};
+
+/// Horizontal irradiances at the observer per wavelength, W m^-2 nm^-1.
+struct Irradiance {
+  std::vector<double> direct;
+  std::vector<double> diffuse;
+};
+
+/// Where a solved sky came from: figures a run prints and an image's attributes carry.
+struct RunSummary {
+  std::vector<std::pair<std::string, double>> stage_seconds;
+  std::vector<std::pair<std::string, std::string>> figures;  ///< label, value with unit
+};
+
+class Sky {
+ public:
+  virtual ~Sky() = default;
+  virtual std::span<const double> wavelength_nm() const = 0;
+  /// Solar irradiance above the atmosphere, W m^-2 nm^-1, per wavelength.
+  virtual std::span<const double> solar_irradiance() const = 0;
+  /// Sky radiance, W m^-2 sr^-1 nm^-1, [view][wavelength]; every value finite
+  /// and >= 0. Runs on the solver's threads; the same bytes for any number.
+  virtual std::vector<double> radiance(std::span<const ViewDirection> views) const = 0;
+  virtual Irradiance irradiance() const = 0;
+  /// Apparent (refracted) elevation of the Sun's centre, rad, and transmittance of
+  /// the direct beam per wavelength (0 behind the Earth).
+  virtual double apparent_sun_elevation_rad() const = 0;
+  virtual std::vector<double> sun_transmittance() const = 0;
+  virtual const RunSummary& summary() const = 0;
+};
+
+}  // namespace twilight
