@@ -80,6 +80,9 @@ struct SolverOptions {
   std::string active_shell_weighting = "quadrature";
   double inner_radius_m = 1000.0;  ///< 1..10000; 100 reproduces the paper's shell counts
   std::string air_phase = "rayleigh";  ///< "rayleigh" or "isotropic" (the paper) in every order
+  /// "truncated" (delta-M, degree 2, every event) or "similarity" (the paper: Henyey-Greenstein
+  /// for the first event, then isotropic with everything scaled by 1 - g, Eq. 2)
+  std::string aerosol_phase = "truncated";
   std::string cell_optics = "mean";    ///< "mean" over the cell, or "centre" (the paper)
   /// No exchange cell taller than this: rings of far shells are divided in
   /// elevation. 0 = never (the paper).

@@ -1,0 +1,77 @@
+#include "aerosols/component_optics.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <span>
+#include <stdexcept>
+#include <string>
+
+namespace twilight {
+namespace {
+
+constexpr std::array<ComponentOptics, kComponentStates* kTableWavelengths> kTable = {{
+#include "aerosols/component_optics_table.inc"
+}};
+
+ComponentOptics at_wavelength(std::size_t state, double wavelength_nm) {
+  const auto& grid = kTableWavelength_nm;
+  const auto above = std::upper_bound(grid.begin() + 1, grid.end() - 1, wavelength_nm);
+  const auto i = static_cast<std::size_t>(above - grid.begin()) - 1;
+  const double t = (wavelength_nm - grid[i]) / (grid[i + 1] - grid[i]);
+  const ComponentOptics& low = tabulated_optics(state, i);
+  const ComponentOptics& high = tabulated_optics(state, i + 1);
+  return {.scattering_per_km = std::lerp(low.scattering_per_km, high.scattering_per_km, t),
+          .absorption_per_km = std::lerp(low.absorption_per_km, high.absorption_per_km, t),
+          .asymmetry = std::lerp(low.asymmetry, high.asymmetry, t)};
+}
+
+// low^(1-t) high^t.
+double geometric(double low, double high, double t) {
+  if (low <= 0.0 || high <= 0.0) return std::lerp(low, high, t);
+  return low * std::pow(high / low, t);
+}
+
+}  // namespace
+
+const ComponentOptics& tabulated_optics(std::size_t state, std::size_t wavelength) {
+  return kTable[state * kTableWavelengths + wavelength];
+}
+
+ComponentOptics component_optics(AerosolComponent component, double relative_humidity_percent,
+                                 double wavelength_nm) {
+  const double humidity = relative_humidity_percent;
+  if (!(humidity >= 0.0 && humidity <= kTableLargestHumidity_percent)) {
+    throw std::invalid_argument("relative humidity " + std::to_string(humidity) +
+                                " % of the aerosol is outside 0..99 %");
+  }
+  if (!(wavelength_nm >= kTableWavelength_nm.front() &&
+        wavelength_nm <= kTableWavelength_nm.back())) {
+    throw std::invalid_argument("wavelength " + std::to_string(wavelength_nm) +
+                                " nm of the aerosol optics is outside 280..1000 nm");
+  }
+  const std::span<const ComponentState> states = component_states(component);
+  const auto first = static_cast<std::size_t>(states.data() - component_states().data());
+  if (states.size() == 1) return at_wavelength(first, wavelength_nm);
+
+  std::size_t i = 0;  // the class at or below the humidity, not the last one
+  while (i + 2 < states.size() && states[i + 1].relative_humidity_percent <= humidity) ++i;
+  const ComponentOptics low = at_wavelength(first + i, wavelength_nm);
+  const ComponentOptics high = at_wavelength(first + i + 1, wavelength_nm);
+  const double low_percent = states[i].relative_humidity_percent;
+  const double high_percent = states[i + 1].relative_humidity_percent;
+  if (i == 0) {
+    // A dry particle is no dilute droplet: the power law does not reach down to 0 %.
+    const double t = (humidity - low_percent) / (high_percent - low_percent);
+    return {.scattering_per_km = std::lerp(low.scattering_per_km, high.scattering_per_km, t),
+            .absorption_per_km = std::lerp(low.absorption_per_km, high.absorption_per_km, t),
+            .asymmetry = std::lerp(low.asymmetry, high.asymmetry, t)};
+  }
+  const double t = std::log((100.0 - humidity) / (100.0 - low_percent)) /
+                   std::log((100.0 - high_percent) / (100.0 - low_percent));
+  return {.scattering_per_km = geometric(low.scattering_per_km, high.scattering_per_km, t),
+          .absorption_per_km = geometric(low.absorption_per_km, high.absorption_per_km, t),
+          .asymmetry = std::lerp(low.asymmetry, high.asymmetry, t)};
+}
+
+}  // namespace twilight

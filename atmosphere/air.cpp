@@ -1,0 +1,146 @@
+#include "atmosphere/air.h"
+
+#include <cmath>
+#include <cstddef>
+#include <sstream>
+#include <stdexcept>
+
+#include "atmosphere/layers.h"
+#include "atmosphere/ozone.h"
+#include "atmosphere/profile.h"
+#include "atmosphere/rayleigh.h"
+#include "atmosphere/refractive_index.h"
+
+namespace twilight {
+namespace {
+
+constexpr double kCmPerKm = 1e5;
+
+template <typename Value>
+[[noreturn]] void fail(const char* quantity, const Value& value, const char* allowed) {
+  std::ostringstream s;
+  s << quantity << " '" << value << "' must be " << allowed;
+  throw std::invalid_argument(s.str());
+}
+
+void check(const AirOptions& o, std::span<const double> wavelength_nm) {
+  if (o.layer_optics != "mean" && o.layer_optics != "centre") {
+    fail("layer_optics", o.layer_optics, "mean or centre");
+  }
+  if (o.ozone != "layered" && o.ozone != "vertical") fail("ozone", o.ozone, "layered or vertical");
+  if (o.refractive_index != "ciddor" && o.refractive_index != "haber2005") {
+    fail("refractive_index", o.refractive_index, "ciddor or haber2005");
+  }
+  if (o.ozone_du && !(*o.ozone_du >= 0.0 && *o.ozone_du <= 1000.0)) {
+    fail("ozone_du", *o.ozone_du, "0..1000");
+  }
+  if (!(o.earth_radius_km >= 1000.0 && o.earth_radius_km <= 70000.0)) {
+    fail("earth_radius_km", o.earth_radius_km, "1000..70000");
+  }
+  if (o.depolarisation && !(*o.depolarisation >= 0.0 && *o.depolarisation < 6.0 / 7.0)) {
+    fail("depolarisation", *o.depolarisation, "within [0, 6/7)");
+  }
+  double last = 0.0;
+  for (const double w : wavelength_nm) {
+    if (!(w >= 280.0 && w <= 1000.0)) fail("wavelength_nm", w, "280..1000");
+    if (!(w > last)) fail("wavelength_nm", w, "above the one before it");
+    last = w;
+  }
+  if (wavelength_nm.empty()) fail("number of wavelengths", 0, "at least 1");
+}
+
+ProfileLevel mean_state(const Profile& profile, double bottom_km, double top_km) {
+  const auto mean = [&](Profile::Gas gas) { return profile.mean(gas, bottom_km, top_km); };
+  return {0.5 * (bottom_km + top_km),
+          mean(&ProfileLevel::pressure_hpa),
+          profile.mean_temperature_k(bottom_km, top_km),
+          mean(&ProfileLevel::air_per_cm3),
+          mean(&ProfileLevel::ozone_per_cm3),
+          mean(&ProfileLevel::water_vapour_per_cm3),
+          mean(&ProfileLevel::nitrogen_dioxide_per_cm3)};
+}
+
+// Height where exp(-h / 8 km) takes its mean over a layer.
+double mean_height_km(double bottom_km, double top_km) {
+  const double x = (top_km - bottom_km) / kHaberScaleHeightKm;
+  return bottom_km - kHaberScaleHeightKm * std::log(-std::expm1(-x) / x);
+}
+
+}  // namespace
+
+Medium make_air(const AirOptions& options, std::span<const double> wavelength_nm) {
+  check(options, wavelength_nm);
+  const Profile profile = Profile::named(options.profile);
+
+  Medium medium;
+  medium.earth_radius_km = options.earth_radius_km;
+  medium.wavelength_nm.assign(wavelength_nm.begin(), wavelength_nm.end());
+  medium.boundary_km = layer_boundaries_km(profile, options.layer_spacing, options.top_km,
+                                           options.layers, options.snap_boundaries_km);
+  const std::size_t layers = medium.layers();
+  const std::size_t wavelengths = medium.wavelengths();
+  const LayerTable zero(layers, wavelengths);
+  medium.air_scattering_per_km = zero;
+  medium.aerosol_scattering_per_km = zero;
+  medium.aerosol_absorption_per_km = zero;
+  medium.aerosol_asymmetry = zero;
+  medium.gas_absorption_per_km = zero;
+  medium.refractivity = zero;
+
+  std::vector<double> cross_section_cm2;
+  for (const double w : wavelength_nm) {
+    const double king = options.depolarisation
+                            ? king_factor_from_depolarisation(*options.depolarisation)
+                            : king_factor(w);
+    cross_section_cm2.push_back(rayleigh_cross_section_cm2(w, king));
+    medium.depolarisation.push_back(
+        options.depolarisation.value_or(depolarisation_from_king_factor(king)));
+  }
+
+  const double column_per_cm2 =
+      options.ozone_du
+          ? *options.ozone_du * kMoleculesPerCm2PerDobson
+          : profile.power_integral(&ProfileLevel::ozone_per_cm3, 1.0, 0.0, profile.top_km()) *
+                kCmPerKm;
+
+  std::vector<double> ozone_per_cm3;
+  double layered_per_cm2 = 0.0;
+  for (std::size_t i = 0; i < layers; ++i) {
+    const double bottom_km = medium.boundary_km[i];
+    const double top_km = medium.boundary_km[i + 1];
+    const ProfileLevel mean = mean_state(profile, bottom_km, top_km);
+    const ProfileLevel state =
+        options.layer_optics == "mean" ? mean : profile.at(0.5 * (bottom_km + top_km));
+    const double humidity = relative_humidity(state.water_vapour_per_cm3, state.temperature_k);
+    medium.pressure_hpa.push_back(state.pressure_hpa);
+    medium.temperature_k.push_back(state.temperature_k);
+    medium.relative_humidity.push_back(humidity);
+    ozone_per_cm3.push_back(state.ozone_per_cm3);
+    layered_per_cm2 += state.ozone_per_cm3 * (top_km - bottom_km) * kCmPerKm;
+
+    for (std::size_t w = 0; w < wavelengths; ++w) {
+      medium.air_scattering_per_km(i, w) = cross_section_cm2[w] * state.air_per_cm3 * kCmPerKm;
+      if (!options.refraction) continue;
+      medium.refractivity(i, w) =
+          options.refractive_index == "ciddor"
+              ? ciddor_refractivity(wavelength_nm[w], mean.air_per_cm3, mean.water_vapour_per_cm3)
+              : haber2005_refractivity(wavelength_nm[w], mean_height_km(bottom_km, top_km),
+                                       humidity);
+    }
+  }
+
+  for (std::size_t w = 0; w < wavelengths; ++w) {
+    const double cross_section = ozone_cross_section_cm2(wavelength_nm[w]);
+    if (options.ozone == "vertical") {
+      medium.vertical_filter_optical_depth.push_back(cross_section * column_per_cm2);
+      continue;
+    }
+    const double scale = column_per_cm2 / layered_per_cm2;
+    for (std::size_t i = 0; i < layers; ++i) {
+      medium.gas_absorption_per_km(i, w) = cross_section * ozone_per_cm3[i] * scale * kCmPerKm;
+    }
+  }
+  return medium;
+}
+
+}  // namespace twilight

@@ -1,0 +1,403 @@
+#include "atmosphere/refraction.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <sstream>
+#include <stdexcept>
+
+namespace twilight {
+namespace {
+
+constexpr std::size_t kAboveModel = std::numeric_limits<std::size_t>::max();
+constexpr double kPi = std::numbers::pi;
+constexpr double kThickestShellKm = 0.5;
+constexpr double kDefaultScaleHeightKm = 8.0;
+// Below this refractivity the bending of a grazing ray is under 1e-6 rad.
+constexpr double kFaintRefractivity = 1e-8;
+constexpr int kExtensionShellsPerScaleHeight = 6;
+// n r ~ r^m with m = 0 (critical refraction) divides by zero; keeping |m| above this changes n by
+// 1e-7 at most.
+constexpr double kLeastExponent = 1e-3;
+constexpr double kAngleToleranceRad = 1e-7;
+
+[[noreturn]] void fail(const char* quantity, double value, const char* allowed) {
+  std::ostringstream s;
+  s.precision(17);
+  s << quantity << " " << value << " must be " << allowed;
+  throw std::invalid_argument(s.str());
+}
+
+void check_start(double altitude_km, double zenith_rad) {
+  if (!(altitude_km >= 0.0 && std::isfinite(altitude_km))) {
+    fail("altitude_km", altitude_km, "finite and at least 0");
+  }
+  if (!(zenith_rad >= 0.0 && zenith_rad <= kPi)) fail("zenith angle", zenith_rad, "0..pi rad");
+}
+
+// Refractivity as a continuous function of height.
+class RefractivityProfile {
+ public:
+  RefractivityProfile(const Medium& medium, std::size_t wavelength) {
+    const std::size_t layers = medium.layers();
+    const auto centre = [&](std::size_t i) {
+      return 0.5 * (medium.boundary_km[i] + medium.boundary_km[i + 1]);
+    };
+    for (std::size_t i = 0; i < layers; ++i) {
+      const std::size_t below = i > 0 ? i - 1 : i;
+      const std::size_t above = i + 1 < layers ? i + 1 : i;
+      double inverse_scale_height = 1.0 / kDefaultScaleHeightKm;
+      if (above > below) {
+        const double fall =
+            medium.refractivity(below, wavelength) / medium.refractivity(above, wavelength);
+        inverse_scale_height = fall > 0.0 && std::isfinite(fall)
+                                   ? std::log(fall) / (centre(above) - centre(below))
+                                   : 0.0;
+      }
+      // An exponential takes its mean ln(sinh(x) / x) scale heights below the layer's centre.
+      const double x =
+          0.5 * (medium.boundary_km[i + 1] - medium.boundary_km[i]) * inverse_scale_height;
+      const double shift_km =
+          std::abs(x) < 1e-4 ? 0.0 : std::log(std::sinh(x) / x) / inverse_scale_height;
+      const double n_minus_1 = medium.refractivity(i, wavelength);
+      height_km_.push_back(centre(i) - shift_km);
+      refractivity_.push_back(n_minus_1);
+    }
+    if (layers == 1) {
+      height_km_.push_back(height_km_[0] + kDefaultScaleHeightKm);
+      refractivity_.push_back(refractivity_[0] * std::exp(-1.0));
+    }
+  }
+
+  double operator()(double height_km) const {
+    const auto above = std::upper_bound(height_km_.begin() + 1, height_km_.end() - 1, height_km);
+    const auto i = static_cast<std::size_t>(above - height_km_.begin()) - 1;
+    const double a = refractivity_[i];
+    const double b = refractivity_[i + 1];
+    const double t = (height_km - height_km_[i]) / (height_km_[i + 1] - height_km_[i]);
+    if (a > 0.0 && b > 0.0) return a * std::exp(t * std::log(b / a));
+    return std::max(0.0, a + t * (b - a));
+  }
+
+  double top_scale_height_km() const {
+    const std::size_t last = height_km_.size() - 1;
+    const double fall = refractivity_[last - 1] / refractivity_[last];
+    if (!(fall > 1.0 && std::isfinite(fall))) return kDefaultScaleHeightKm;
+    return std::clamp((height_km_[last] - height_km_[last - 1]) / std::log(fall), 2.0, 20.0);
+  }
+
+ private:
+  std::vector<double> height_km_;
+  std::vector<double> refractivity_;
+};
+
+void check_medium(const Medium& medium, std::size_t wavelength) {
+  if (wavelength >= medium.wavelengths()) {
+    fail("wavelength index", static_cast<double>(wavelength), "below the number of wavelengths");
+  }
+  if (medium.layers() == 0) fail("number of layers", 0.0, "at least 1");
+  if (!(medium.earth_radius_km > 0.0 && std::isfinite(medium.earth_radius_km))) {
+    fail("earth_radius_km", medium.earth_radius_km, "finite and above 0");
+  }
+  if (medium.boundary_km[0] != 0.0) fail("lowest boundary", medium.boundary_km[0], "0 km");
+  for (std::size_t i = 0; i < medium.layers(); ++i) {
+    if (!(medium.boundary_km[i + 1] > medium.boundary_km[i]) ||
+        !std::isfinite(medium.boundary_km[i + 1])) {
+      fail("layer boundary", medium.boundary_km[i + 1], "above the one below it");
+    }
+    const double n_minus_1 = medium.refractivity(i, wavelength);
+    if (!(n_minus_1 >= 0.0 && n_minus_1 < 0.1)) fail("refractivity", n_minus_1, "within [0, 0.1)");
+  }
+}
+
+// atan(b / c) - atan(a / c) for c >= 0, given b - a without cancellation.
+double angle_between(double a, double b, double b_minus_a, double c) {
+  const double across = c * b_minus_a;
+  const double along = c * c + a * b;
+  if (std::abs(across) < 0.02 * along) {
+    const double t = across / along;
+    const double t2 = t * t;
+    return t * (1.0 - t2 * (1.0 / 3.0 - t2 * (1.0 / 5.0)));
+  }
+  return std::atan2(across, along);
+}
+
+}  // namespace
+
+RefractedRays::RefractedRays(const Medium& medium, std::size_t wavelength)
+    : radius_km_(medium.earth_radius_km), layers_(medium.layers()) {
+  check_medium(medium, wavelength);
+  for (std::size_t i = 0; i < layers_; ++i) {
+    refracting_ = refracting_ || medium.refractivity(i, wavelength) > 0.0;
+  }
+  const RefractivityProfile profile(medium, wavelength);
+
+  // Boundaries of the shells with the refractivity there.
+  std::vector<double> height_km{0.0};
+  std::vector<double> refractivity{refracting_ ? profile(0.0) : 0.0};
+  std::vector<std::size_t> layer;
+  const auto add = [&](double height, double n_minus_1, std::size_t of_layer) {
+    height_km.push_back(height);
+    refractivity.push_back(n_minus_1);
+    layer.push_back(of_layer);
+  };
+  for (std::size_t i = 0; i < layers_; ++i) {
+    const double bottom = medium.boundary_km[i];
+    const double top = medium.boundary_km[i + 1];
+    const bool bends = refracting_ && refractivity.back() > kFaintRefractivity;
+    const int parts =
+        bends ? static_cast<int>(std::min(2000.0, std::ceil((top - bottom) / kThickestShellKm)))
+              : 1;
+    for (int part = 1; part <= parts; ++part) {
+      const double h = part == parts ? top : bottom + (top - bottom) * part / parts;
+      add(h, refracting_ ? profile(h) : 0.0, i);
+    }
+  }
+  if (refracting_) {
+    const double scale_km = profile.top_scale_height_km();
+    while (refractivity.back() > kFaintRefractivity) {
+      add(height_km.back() + scale_km / kExtensionShellsPerScaleHeight,
+          refractivity.back() * std::exp(-1.0 / kExtensionShellsPerScaleHeight), kAboveModel);
+    }
+    add(height_km.back() + scale_km, 0.0, kAboveModel);
+  }
+
+  const auto v_of = [&](std::size_t j) {
+    return height_km[j] + refractivity[j] * (radius_km_ + height_km[j]);
+  };
+  boundary_.push_back({0.0, v_of(0)});
+  for (std::size_t j = 0; j < layer.size(); ++j) {
+    const Boundary& lower = boundary_.back();
+    const double log_r =
+        std::log1p((height_km[j + 1] - height_km[j]) / (radius_km_ + height_km[j]));
+    double v = v_of(j + 1);
+    double m = std::log1p((v - lower.v_km) / (radius_km_ + lower.v_km)) / log_r;
+    if (std::abs(m) < kLeastExponent) {
+      m = m < 0.0 ? -kLeastExponent : kLeastExponent;
+      v = lower.v_km + (radius_km_ + lower.v_km) * std::expm1(m * log_r);
+    }
+    const double n = 1.0 + 0.5 * (refractivity[j] + refractivity[j + 1]);
+    shell_.push_back({m, 1.0 / (m * n), (1.0 - m) / m, layer[j]});
+    boundary_.push_back({height_km[j + 1], v});
+  }
+}
+
+std::size_t RefractedRays::shell_at(double height_km) const {
+  const auto above = std::upper_bound(boundary_.begin() + 1, boundary_.end() - 1, height_km,
+                                      [](double h, const Boundary& b) { return h < b.height_km; });
+  return static_cast<std::size_t>(above - boundary_.begin()) - 1;
+}
+
+double RefractedRays::v_km(double height_km, std::size_t shell) const {
+  if (height_km >= boundary_.back().height_km) return height_km;
+  const Boundary& lower = boundary_[shell];
+  const double above_km = height_km - lower.height_km;
+  if (above_km == 0.0) return lower.v_km;
+  if (shell_[shell].exponent == 1.0) {  // n is constant there
+    return lower.v_km + above_km * (radius_km_ + lower.v_km) / (radius_km_ + lower.height_km);
+  }
+  return lower.v_km + (radius_km_ + lower.v_km) *
+                          std::expm1(shell_[shell].exponent *
+                                     std::log1p(above_km / (radius_km_ + lower.height_km)));
+}
+
+RayTrace RefractedRays::trace_outward(double altitude_km, double apparent_zenith_rad,
+                                      std::span<double> path_km) const {
+  check_start(altitude_km, apparent_zenith_rad);
+  if (!path_km.empty() && path_km.size() != layers_) {
+    fail("size of path_km", static_cast<double>(path_km.size()), "the number of layers or 0");
+  }
+  std::fill(path_km.begin(), path_km.end(), 0.0);
+
+  const double sine = std::sin(apparent_zenith_rad);
+  const double cosine = std::cos(apparent_zenith_rad);
+  bool up = cosine >= 0.0;
+  RayTrace trace{false, 0.0, apparent_zenith_rad, altitude_km};
+
+  std::size_t shell = shell_at(altitude_km);
+  const double v0 = v_km(altitude_km, shell);
+  const double u0 = radius_km_ + v0;
+  const double impact = u0 * sine;               // n r sin(theta)
+  const double start_x = u0 * std::abs(cosine);  // n r |cos(theta)|
+  const auto x_squared = [&](const Boundary& b) {
+    return start_x * start_x + (b.v_km - v0) * (b.v_km + v0 + 2.0 * radius_km_);
+  };
+  // Below u0 by u0 (1 - sin(theta)), written without cancellation.
+  const auto perigee_km = [&](std::size_t in_shell) {
+    const double v = v0 - start_x * start_x / (u0 * (1.0 + sine));
+    const Boundary& b = boundary_[in_shell];
+    return b.height_km + (radius_km_ + b.height_km) *
+                             std::expm1(std::log1p((v - b.v_km) / (radius_km_ + b.v_km)) /
+                                        shell_[in_shell].exponent);
+  };
+
+  double x = start_x;
+  double v = v0;  // where x is; after a turn x is 0 and v not needed
+  if (altitude_km >= boundary_.back().height_km) {
+    if (up) return trace;
+    const double entry = x_squared(boundary_.back());
+    if (entry <= 0.0) {
+      trace.perigee_km = v0 - start_x * start_x / (u0 * (1.0 + sine));
+      return trace;
+    }
+    x = std::sqrt(entry);
+    v = boundary_.back().v_km;
+    shell = shell_.size() - 1;
+  } else if (!up && altitude_km == boundary_[shell].height_km) {
+    if (shell == 0) {
+      trace.hits_ground = true;
+      trace.perigee_km = 0.0;
+      return trace;
+    }
+    --shell;
+  }
+
+  for (int turns = 0;;) {
+    const Shell& s = shell_[shell];
+    const Boundary& boundary = boundary_[up ? shell + 1 : shell];
+    const double end_squared = x_squared(boundary);
+    const bool turning = end_squared < 0.0;
+    const double end = turning ? 0.0 : std::sqrt(end_squared);
+    // n r cos(theta) along the ray: x when going up, -x when going down.
+    const double from = up ? x : -x;
+    const double to = up ? end : -end;
+    double step = to - from;
+    if (!turning && x > 0.0) {  // without cancellation
+      step =
+          (boundary.v_km - v) * (boundary.v_km + v + 2.0 * radius_km_) / (up ? x + end : -x - end);
+    }
+    if (!path_km.empty() && s.layer != kAboveModel) path_km[s.layer] += step * s.length_factor;
+    if (s.bending_factor != 0.0) {
+      trace.deflection_rad += s.bending_factor * angle_between(from, to, step, impact);
+    }
+    x = end;
+    v = boundary.v_km;
+    if (turning) {
+      if (!up) trace.perigee_km = std::min(trace.perigee_km, std::max(0.0, perigee_km(shell)));
+      if (++turns == 3) {
+        trace.hits_ground = true;
+        break;
+      }
+      up = !up;
+    } else if (up) {
+      if (++shell == shell_.size()) break;
+    } else if (shell-- == 0) {
+      trace.hits_ground = true;
+      trace.perigee_km = 0.0;
+      break;
+    }
+  }
+  trace.true_zenith_rad = apparent_zenith_rad + trace.deflection_rad;
+  return trace;
+}
+
+double RefractedRays::horizon_apparent_zenith_rad(double altitude_km) const {
+  check_start(altitude_km, 0.0);
+  const double v0 = v_km(altitude_km, shell_at(altitude_km));
+  double least_above = v0;
+  double least_below = v0;
+  for (const Boundary& b : boundary_) {
+    double& least = b.height_km >= altitude_km ? least_above : least_below;
+    least = std::min(least, b.v_km);
+  }
+  const bool ducted = least_above < v0;
+  const double least = ducted ? least_above : least_below;
+  const double cosine_side = std::sqrt((v0 - least) * (v0 + least + 2.0 * radius_km_));
+  const double angle = std::atan2(cosine_side, radius_km_ + least);
+  return 0.5 * kPi + (ducted ? -angle : angle);
+}
+
+std::optional<double> RefractedRays::apparent_zenith_rad(double altitude_km,
+                                                         double true_zenith_rad) const {
+  check_start(altitude_km, true_zenith_rad);
+  if (true_zenith_rad == 0.0) return 0.0;
+  const double horizon = horizon_apparent_zenith_rad(altitude_km);
+  if (!refracting_) {
+    if (true_zenith_rad > horizon) return std::nullopt;
+    return true_zenith_rad;
+  }
+  const auto error_at = [&](double zenith) {
+    return zenith + trace_outward(altitude_km, zenith, {}).deflection_rad - true_zenith_rad;
+  };
+
+  // The limiting ray itself, which rounding may put into the ground.
+  const auto last_leaving = [&] {
+    double zenith = horizon;
+    double step = 1e-14;
+    for (int i = 0; i < 8 && trace_outward(altitude_km, zenith, {}).hits_ground; ++i) {
+      zenith = horizon - step;
+      step *= 10.0;
+    }
+    return zenith;
+  };
+  double high = true_zenith_rad < horizon ? true_zenith_rad : last_leaving();
+  double high_error = error_at(high);
+  // Bending grows with the zenith angle, so it is at most that of `high`.
+  double low = std::clamp(high - high_error, 0.0, high);
+  if (high_error < 0.0) {
+    if (true_zenith_rad >= horizon) return std::nullopt;
+    // Rays bent upwards, by a refractivity that grows with height.
+    low = high;
+    high = last_leaving();
+    high_error = error_at(high);
+    if (high_error < 0.0) return std::nullopt;
+  }
+  double low_error = error_at(low);
+  if (low_error > 0.0) {
+    low = 0.0;
+    low_error = -true_zenith_rad;
+  }
+  bool last_low = false;
+  bool last_high = false;
+  for (int i = 0; i < 100 && high - low > kAngleToleranceRad; ++i) {
+    double trial = i % 8 == 7 || high_error == low_error
+                       ? 0.5 * (low + high)
+                       : (low * high_error - high * low_error) / (high_error - low_error);
+    trial = std::clamp(trial, low, high);
+    const double error = error_at(trial);
+    if (std::abs(error) < 0.1 * kAngleToleranceRad) return trial;
+    // The Illinois rule: halve the error of an end that stays, so that both ends move.
+    if (error > 0.0) {
+      high = trial;
+      high_error = error;
+      if (last_high) low_error *= 0.5;
+    } else {
+      low = trial;
+      low_error = error;
+      if (last_low) high_error *= 0.5;
+    }
+    last_high = error > 0.0;
+    last_low = !last_high;
+  }
+  return 0.5 * (low + high);
+}
+
+RayTrace trace_outward(const Medium& medium, std::size_t wavelength, double altitude_km,
+                       double apparent_zenith_rad, std::span<double> path_km) {
+  return RefractedRays(medium, wavelength).trace_outward(altitude_km, apparent_zenith_rad, path_km);
+}
+
+std::optional<double> apparent_zenith_rad(const Medium& medium, std::size_t wavelength,
+                                          double altitude_km, double true_zenith_rad) {
+  return RefractedRays(medium, wavelength).apparent_zenith_rad(altitude_km, true_zenith_rad);
+}
+
+double horizon_apparent_zenith_rad(const Medium& medium, std::size_t wavelength,
+                                   double altitude_km) {
+  return RefractedRays(medium, wavelength).horizon_apparent_zenith_rad(altitude_km);
+}
+
+double slant_optical_depth(const Medium& medium, std::size_t wavelength,
+                           std::span<const double> path_km) {
+  if (path_km.size() != medium.layers()) {
+    fail("size of path_km", static_cast<double>(path_km.size()), "the number of layers");
+  }
+  double sum = 0.0;
+  for (std::size_t i = 0; i < path_km.size(); ++i) {
+    if (path_km[i] > 0.0) sum += medium.extinction_per_km(i, wavelength) * path_km[i];
+  }
+  return sum;
+}
+
+}  // namespace twilight

@@ -1,0 +1,186 @@
+#include "output/command_line.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <numbers>
+#include <stdexcept>
+
+namespace twilight {
+namespace {
+
+constexpr std::string_view kElevationColumn = "view_elevation_deg";
+constexpr std::string_view kAzimuthColumn = "relative_azimuth_deg";
+
+std::string_view trimmed(std::string_view text) {
+  constexpr std::string_view kBlank = " \t\r";
+  const std::size_t first = text.find_first_not_of(kBlank);
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(kBlank) - first + 1);
+}
+
+std::vector<std::string_view> split_at_commas(std::string_view line) {
+  std::vector<std::string_view> cells;
+  for (;;) {
+    const std::size_t comma = line.find(',');
+    cells.push_back(trimmed(line.substr(0, comma)));
+    if (comma == std::string_view::npos) return cells;
+    line.remove_prefix(comma + 1);
+  }
+}
+
+// A whole finite decimal number inside low..high; `what` names it in the complaint.
+double number_in(std::string_view text, double low, double high, std::string_view what) {
+  double value = 0.0;
+  const char* const end = text.data() + text.size();
+  const char* const start = text.data() + (text.starts_with('+') ? 1 : 0);
+  const auto [stop, error] = std::from_chars(start, end, value);
+  if (error != std::errc{} || stop != end || !(value >= low && value <= high)) {
+    throw std::invalid_argument(
+        fmt::format("{} = {}: must be a number in {}..{}", what, text, low, high));
+  }
+  return value;
+}
+
+double elevation_of(std::string_view text, std::string_view what) {
+  return number_in(text, -90.0, 90.0, what);
+}
+
+double azimuth_of(std::string_view text, std::string_view what) {
+  return number_in(text, -360.0, 360.0, what);
+}
+
+CLI::App* add_command(CLI::App& app, CommandLine& line, Command command, const char* name,
+                      const char* what) {
+  CLI::App* sub = app.add_subcommand(name, what);
+  sub->callback([&line, command] { line.command = command; });
+  sub->add_option("SCENE", line.scene, "scene file (TOML)")->required();
+  sub->add_option("--set", line.overrides,
+                  "KEY=VALUE overrides a key of the scene, as solver.azimuth_divisions=72; the "
+                  "value is typed as TOML; repeatable")
+      ->allow_extra_args(false);
+  sub->add_option_function<int>(
+         "--threads",
+         [&line](int threads) {
+           line.overrides.push_back(fmt::format("solver.threads={}", threads));
+         },
+         "number of threads, 0 = one per core; the result does not depend on it")
+      ->check(CLI::Range(0, 1024));
+  sub->add_flag("--quiet", line.quiet, "no progress, no summary on standard error");
+  sub->add_flag("--print-config", line.print_config,
+                "print the resolved scene, defaults included, and stop");
+  return sub;
+}
+
+}  // namespace
+
+ViewDirection View::direction() const {
+  constexpr double kRadians = std::numbers::pi / 180.0;
+  return {elevation_deg * kRadians, relative_azimuth_deg * kRadians};
+}
+
+std::filesystem::path CommandLine::spectral_output() const {
+  std::filesystem::path path = output;
+  return path.replace_extension(".spectral.exr");
+}
+
+ParsedCommandLine parse_command_line(int argc, const char* const* argv) {
+  CommandLine line;
+  CLI::App app{"Spectral radiance of the clear sky, by day and twilight, from a scene file"};
+  app.name("twilight");
+  app.set_version_flag("--version", fmt::format("twilight {}", kVersion));
+  app.require_subcommand(1);
+
+  CLI::App* render =
+      add_command(app, line, Command::kRender, "render", "the sky as a high dynamic range image");
+  render->add_option("-o,--output", line.output, "image to write (OpenEXR)")->capture_default_str();
+  render->add_option("--preview", line.preview, "tone-mapped picture to write (PNG)");
+
+  CLI::App* radiance = add_command(app, line, Command::kRadiance, "radiance",
+                                   "spectral radiance of given views, as CSV");
+  radiance
+      ->add_option("--view", line.views,
+                   "EL,AZ in degrees: elevation, and azimuth from the Sun's; repeatable")
+      ->allow_extra_args(false);
+  radiance->add_option("--views", line.views_file,
+                       "CSV file with the columns view_elevation_deg,relative_azimuth_deg");
+
+  add_command(app, line, Command::kIrradiance, "irradiance",
+              "direct, diffuse and global horizontal irradiance, as CSV");
+  add_command(app, line, Command::kSun, "sun",
+              "where the Sun stands, and when it sets and twilight ends, as CSV");
+  add_command(app, line, Command::kOptics, "optics", "the layers of the atmosphere, as CSV");
+
+  try {
+    app.parse(argc, argv);
+    const bool no_views = line.views.empty() && !line.views_file;
+    if (line.command == Command::kRadiance && no_views && !line.print_config)
+      throw CLI::RequiredError("--view EL,AZ or --views FILE");
+  } catch (const CLI::ParseError& error) {
+    const int code = app.exit(error);
+    return {std::nullopt, code == 0 ? kExitSuccess : kExitBadInput};
+  }
+  return {std::move(line), kExitSuccess};
+}
+
+View parse_view(std::string_view text) {
+  const std::vector<std::string_view> cells = split_at_commas(text);
+  if (cells.size() != 2) {
+    throw std::invalid_argument(fmt::format(
+        "--view {}: must be EL,AZ, elevation -90..90 and azimuth from the Sun -360..360", text));
+  }
+  return {elevation_of(cells[0], fmt::format("--view {}: elevation", text)),
+          azimuth_of(cells[1], fmt::format("--view {}: azimuth from the Sun", text))};
+}
+
+std::vector<View> read_views(const std::filesystem::path& path) {
+  const std::string name = path.string();
+  std::ifstream stream(path);
+  if (!stream || std::filesystem::is_directory(path))
+    throw std::runtime_error(fmt::format("{}: cannot read this file of views", name));
+
+  std::vector<View> views;
+  bool header_seen = false;
+  std::size_t elevation_column = 0;
+  std::string line;
+  for (int number = 1; std::getline(stream, line); ++number) {
+    const std::string_view content = trimmed(line);
+    if (content.empty() || content.starts_with('#')) continue;
+    const std::vector<std::string_view> cells = split_at_commas(content);
+    if (!header_seen) {
+      const bool forward = content.find(kElevationColumn) < content.find(kAzimuthColumn);
+      elevation_column = forward ? 0 : 1;
+      if (cells.size() != 2 || cells[elevation_column] != kElevationColumn ||
+          cells[1 - elevation_column] != kAzimuthColumn) {
+        throw std::invalid_argument(fmt::format("{}:{}: header is '{}': must be {},{}", name,
+                                                number, content, kElevationColumn, kAzimuthColumn));
+      }
+      header_seen = true;
+      continue;
+    }
+    if (cells.size() != 2) {
+      throw std::invalid_argument(fmt::format("{}:{}: '{}' has {} values: must have 2, {},{}", name,
+                                              number, content, cells.size(), kElevationColumn,
+                                              kAzimuthColumn));
+    }
+    const auto column = [&](std::string_view title) {
+      return fmt::format("{}:{}: column '{}'", name, number, title);
+    };
+    views.push_back({elevation_of(cells[elevation_column], column(kElevationColumn)),
+                     azimuth_of(cells[1 - elevation_column], column(kAzimuthColumn))});
+  }
+  if (stream.bad()) throw std::runtime_error(fmt::format("{}: cannot be read", name));
+  if (views.empty()) {
+    throw std::invalid_argument(
+        fmt::format("{}: has no views: must have a header {},{} and at "
+                    "least one row",
+                    name, kElevationColumn, kAzimuthColumn));
+  }
+  return views;
+}
+
+}  // namespace twilight

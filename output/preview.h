@@ -1,0 +1,38 @@
+// An 8-bit picture of a sky map for looking at.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+#include "output/sky_image.h"
+
+namespace twilight {
+
+struct PreviewSettings {
+  /// Display luminance (linear, 0..1) that the sky's mean log luminance is
+  /// carried to before the curve; (0, 1].
+  double key = 0.2;
+};
+
+/// Tone-maps a map with channels R, G, B or X, Y, Z to 8-bit sRGB (IEC
+/// 61966-2-1), [y][x][3].
+///
+/// One global curve on luminance (Reinhard et al. 2002, "Photographic tone
+/// reproduction", their eqs. 1, 2 and 4): exposure from the mean log luminance of
+/// the lit pixels above the horizon (of all where the image tells no projection),
+/// the darkest and brightest 1 % clamped, so that neither a disc nor empty pixels
+/// set it; burn-out at the 99.5th percentile. Colour ratios stay; a colour too
+/// vivid for the display is dimmed and moved towards the grey of its luminance.
+/// Of two pixels of one chromaticity the brighter is never shown darker. An
+/// image without light is black.
+/// Throws std::logic_error if a pixel is negative or not finite or the channels
+/// are others; std::invalid_argument if the key is outside (0, 1].
+std::vector<std::uint8_t> tone_map(const SkyImage& image, const PreviewSettings& settings = {});
+
+/// Writes tone_map's result as a PNG, whole or not at all. Throws as tone_map,
+/// and std::runtime_error naming the path if writing fails.
+void write_preview_png(const std::filesystem::path& path, const SkyImage& image,
+                       const PreviewSettings& settings = {});
+
+}  // namespace twilight

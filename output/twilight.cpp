@@ -1,0 +1,473 @@
+// The program: scene file in, image or CSV out.
+#include <fmt/format.h>
+#include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/spdlog.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <csignal>
+#include <iostream>
+#include <memory>
+#include <numbers>
+#include <stdexcept>
+
+#include "atmosphere/refraction.h"
+#include "output/atomic_file.h"
+#include "output/colour.h"
+#include "output/command_line.h"
+#include "output/csv_table.h"
+#include "output/exr_image.h"
+#include "output/photometry.h"
+#include "output/preview.h"
+#include "output/sky_image.h"
+#include "sim/scene_file.h"
+#include "sim/scene_model.h"
+#include "solar/place.h"
+#include "solar/solar_spectrum.h"
+#include "solar/time_point.h"
+#include "solar/twilight_events.h"
+
+namespace twilight {
+namespace {
+
+constexpr double kDegrees = 180.0 / std::numbers::pi;
+
+// The only state a signal handler may touch.
+std::atomic<bool> stop_requested{false};
+static_assert(std::atomic<bool>::is_always_lock_free);
+
+extern "C" void request_stop(int) { stop_requested.store(true, std::memory_order_relaxed); }
+
+/// Input that is wrong before any work has begun.
+class BadInput : public std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+// Runs something that only looks at input: whatever it throws is bad input.
+template <class Action>
+auto checking_input(Action action) {
+  try {
+    return action();
+  } catch (const std::exception& error) {
+    throw BadInput(error.what());
+  }
+}
+
+class Stopwatch {
+ public:
+  double seconds() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+/// Progress on standard error: a bar that redraws itself on a terminal, one line per stage
+/// elsewhere, nothing when quiet.
+class Progress {
+ public:
+  Progress(spdlog::logger& log, bool quiet)
+      : log_(log), quiet_(quiet), terminal_(::isatty(STDERR_FILENO) == 1) {}
+  ~Progress() { clear(); }
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
+  void report(std::string_view stage, double fraction) {
+    if (quiet_) return;
+    const bool new_stage = stage != stage_;
+    if (new_stage) stage_ = stage;
+    if (!terminal_) {
+      if (new_stage) log_.info("{} ...", stage);
+      return;
+    }
+    if (!new_stage && since_drawn_.seconds() < 0.1) return;
+    since_drawn_ = Stopwatch();
+    constexpr int kWidth = 30;
+    const int filled = static_cast<int>(std::lround(std::clamp(fraction, 0.0, 1.0) * kWidth));
+    fmt::print(stderr, "\r\x1b[K[{:=<{}}{:{}}] {:3.0f} %  {}", "", filled, "", kWidth - filled,
+               100.0 * fraction, stage);
+    std::fflush(stderr);
+    drawn_ = true;
+  }
+
+  /// Takes the bar off the terminal.
+  void clear() {
+    if (drawn_) fmt::print(stderr, "\r\x1b[K");
+    drawn_ = false;
+  }
+
+ private:
+  spdlog::logger& log_;
+  bool quiet_;
+  bool terminal_;
+  bool drawn_ = false;
+  std::string stage_;
+  Stopwatch since_drawn_;
+};
+
+/// One call of the program: what every command needs.
+struct Run {
+  const CommandLine& line;
+  const Scene& scene;
+  spdlog::logger& log;
+  Progress progress;
+  Stopwatch clock;
+  std::vector<std::pair<std::string, double>> stage_seconds;
+
+  Run(const CommandLine& l, const Scene& s, spdlog::logger& g)
+      : line(l), scene(s), log(g), progress(g, l.quiet) {}
+
+  RunControl control() {
+    return {[this](std::string_view stage, double fraction) { progress.report(stage, fraction); },
+            &stop_requested};
+  }
+
+  /// Runs a stage and keeps its time for the summary.
+  template <class Action>
+  auto timed(const char* stage, Action action) {
+    control().check();
+    const Stopwatch watch;
+    auto result = action();
+    stage_seconds.emplace_back(stage, watch.seconds());
+    return result;
+  }
+
+  SceneModel model() {
+    return timed("medium", [&] { return build_scene_model(scene); });
+  }
+
+  /// The summary of a solved sky: figures, seconds per stage, total, peak memory.
+  void summarise(const SceneModel& model, const Sky& sky,
+                 const std::vector<std::pair<std::string, std::string>>& figures) {
+    progress.clear();
+    const auto row = [&](std::string_view label, std::string_view value) {
+      log.info("{:<36} {}", label, value);
+    };
+    row("Sun",
+        fmt::format("elevation {:.4f} deg, apparent {:.4f} deg, azimuth {:.4f} deg",
+                    model.sun_elevation_rad * kDegrees, sky.apparent_sun_elevation_rad() * kDegrees,
+                    model.sun_azimuth_rad * kDegrees));
+    for (const auto& [label, value] : sky.summary().figures) row(label, value);
+    for (const auto& [label, value] : figures) row(label, value);
+    for (const auto& [stage, seconds] : sky.summary().stage_seconds)
+      row("  " + stage, fmt::format("{:.3f} s", seconds));
+    for (const auto& [stage, seconds] : stage_seconds) row(stage, fmt::format("{:.3f} s", seconds));
+    rusage usage{};
+    ::getrusage(RUSAGE_SELF, &usage);
+    row("total", fmt::format("{:.3f} s", clock.seconds()));
+    row("peak memory", fmt::format("{:.1f} MiB", static_cast<double>(usage.ru_maxrss) / 1024.0));
+  }
+};
+
+/// Colour or photometric weights for the sky's own wavelengths and distance from the Sun.
+ColourIntegrator colour_integrator(const SceneModel& model, const Sky& sky,
+                                   ColourObserver observer) {
+  const double per_distance = 1.0 / (model.sun_distance_au * model.sun_distance_au);
+  return ColourIntegrator(
+      sky.wavelength_nm(),
+      [&](double wavelength_nm) {
+        return per_distance * solar_irradiance_w_m2_nm(model.scene.sun.spectrum, wavelength_nm);
+      },
+      observer);
+}
+
+std::optional<Place> place_of(const Scene& scene) {
+  if (!scene.observer.latitude_deg) return std::nullopt;
+  return Place{*scene.observer.latitude_deg, *scene.observer.longitude_deg,
+               scene.observer.height_m};
+}
+
+/// Place, time, Sun, every setting and version. Threads are left out: the same sky has the same
+/// bytes however many computed it.
+ImageAttributes image_attributes(const SceneModel& model, const Sky& sky) {
+  ImageAttributes attributes;
+  attributes.emplace_back("software", fmt::format("twilight {}", kVersion));
+  if (const auto place = place_of(model.scene)) {
+    attributes.emplace_back("latitude", static_cast<float>(place->latitude_deg));
+    attributes.emplace_back("longitude", static_cast<float>(place->longitude_deg));
+    attributes.emplace_back("altitude", static_cast<float>(place->height_m));
+  }
+  attributes.emplace_back("resolved.sun_elevation_deg", model.sun_elevation_rad * kDegrees);
+  attributes.emplace_back("resolved.sun_apparent_elevation_deg",
+                          sky.apparent_sun_elevation_rad() * kDegrees);
+  attributes.emplace_back("resolved.sun_azimuth_deg", model.sun_azimuth_rad * kDegrees);
+  attributes.emplace_back("resolved.sun_distance_au", model.sun_distance_au);
+  attributes.emplace_back("resolved.earth_radius_km", model.medium.earth_radius_km);
+  for (const auto& [key, value] : scene_settings(model.scene))
+    if (key != "solver.threads") attributes.emplace_back(key, value);
+  return attributes;
+}
+
+/// Throws before the long run unless the file can be made; leaves nothing behind.
+void require_output(const std::filesystem::path& path, std::string_view extension) {
+  if (path.extension() != extension) {
+    throw std::invalid_argument(
+        fmt::format("output '{}': the name must end in {}", path.string(), extension));
+  }
+  AtomicFile probe(path);
+}
+
+void render(Run& run) {
+  const CommandLine& line = run.line;
+  const OutputOptions& output = run.scene.output;
+  const bool spectral = output.channels.ends_with("+spectral");
+  checking_input([&] {
+    require_output(line.output, ".exr");
+    if (spectral) require_output(line.spectral_output(), ".exr");
+    if (line.preview) require_output(*line.preview, ".png");
+  });
+  const std::vector<double>& wavelengths = run.scene.spectrum.wavelengths_nm;
+  if (wavelengths.front() > 400.0 || wavelengths.back() < 680.0) {
+    run.log.warn(
+        "warning: the wavelengths, {}..{} nm, leave out visible light; colours are extrapolated",
+        wavelengths.front(), wavelengths.back());
+  }
+
+  const SceneModel model = run.model();
+  const std::unique_ptr<Sky> sky = solve_sky(model, run.control());
+  const SkyMap map = run.timed("map", [&] {
+    MapSettings settings;
+    settings.projection = projection_from_name(output.projection);
+    settings.size = output.size;
+    settings.sun_azimuth_rad = model.sun_azimuth_rad;
+    settings.colour =
+        output.channels.starts_with("xyz") ? MapColour::kXyz : MapColour::kLinearRec709;
+    settings.spectral = spectral;
+    settings.sun_disc = output.sun_disc;
+    const double radius_km = model.medium.earth_radius_km;
+    settings.horizon_elevation_rad =
+        -std::acos(radius_km / (radius_km + run.scene.observer.height_m / 1000.0));
+    return render_map(
+        *sky, colour_integrator(model, *sky, colour_observer_from_name(output.colour_observer)),
+        settings, run.control());
+  });
+
+  // From here on everything is written: either no file or all of them.
+  run.timed("files", [&] {
+    const Projection projection = projection_from_name(output.projection);
+    const ImageAttributes attributes = image_attributes(model, *sky);
+    write_exr(line.output, map.colour, projection, attributes);
+    if (spectral) {
+      const bool rgb = output.channels.starts_with("rgb");
+      write_spectral_exr(line.spectral_output(), *map.spectral, rgb ? &map.colour : nullptr,
+                         projection, attributes);
+    }
+    if (line.preview) write_preview_png(*line.preview, map.colour);
+    return true;
+  });
+  std::string files = line.output.string();
+  if (spectral) files += ", " + line.spectral_output().string();
+  if (line.preview) files += ", " + line.preview->string();
+  run.summarise(model, *sky,
+                {{"sky pixels", fmt::format("{}", map.sky_pixels)},
+                 {"pixels moved into Rec. 709", fmt::format("{}", map.out_of_gamut_pixels)},
+                 {"written", files}});
+}
+
+void radiance(Run& run) {
+  const std::vector<View> views = checking_input([&] {
+    std::vector<View> all;
+    for (const std::string& text : run.line.views) all.push_back(parse_view(text));
+    if (run.line.views_file) {
+      const std::vector<View> read = read_views(*run.line.views_file);
+      all.insert(all.end(), read.begin(), read.end());
+    }
+    return all;
+  });
+  const SceneModel model = run.model();
+  const std::unique_ptr<Sky> sky = solve_sky(model, run.control());
+
+  CsvTable table({"view_elevation_deg", "relative_azimuth_deg", "wavelength_nm",
+                  "radiance_w_m2_sr_nm", "standard_error", "degree_of_polarisation"});
+  run.timed("views", [&] {
+    constexpr std::size_t kBatch = 256;  // views between two looks at Ctrl-C
+    const std::span<const double> wavelength_nm = sky->wavelength_nm();
+    for (std::size_t first = 0; first < views.size(); first += kBatch) {
+      const std::size_t count = std::min(kBatch, views.size() - first);
+      run.control().check();
+      run.control().report("views", static_cast<double>(first) / static_cast<double>(views.size()));
+      std::vector<ViewDirection> directions;
+      for (std::size_t i = 0; i < count; ++i) directions.push_back(views[first + i].direction());
+      const std::vector<double> radiance = sky->radiance(directions);
+      for (std::size_t i = 0; i < count; ++i) {
+        const View& view = views[first + i];
+        for (std::size_t w = 0; w < wavelength_nm.size(); ++w) {
+          table.add_row({view.elevation_deg, view.relative_azimuth_deg, wavelength_nm[w],
+                         radiance[i * wavelength_nm.size() + w], "", ""});
+        }
+      }
+    }
+    return true;
+  });
+  run.control().check();
+  run.progress.clear();
+  table.write("-", std::cout);
+  run.summarise(model, *sky, {});
+}
+
+void irradiance(Run& run) {
+  const SceneModel model = run.model();
+  const std::unique_ptr<Sky> sky = solve_sky(model, run.control());
+  const Irradiance parts = run.timed("irradiance", [&] { return sky->irradiance(); });
+
+  std::vector<double> global(parts.direct.size());
+  std::ranges::transform(parts.direct, parts.diffuse, global.begin(), std::plus<>());
+  const ColourIntegrator photopic = colour_integrator(model, *sky, ColourObserver::kCie1931);
+  const auto lux = [&](std::span<const double> spectrum) {
+    return illuminance_lux(photopic, spectrum, sky->solar_irradiance());
+  };
+  CsvTable table(
+      {"wavelength_nm", "direct_w_m2_nm", "diffuse_w_m2_nm", "global_w_m2_nm", "illuminance_lux"});
+  for (std::size_t w = 0; w < global.size(); ++w) {
+    table.add_row(
+        {sky->wavelength_nm()[w], parts.direct[w], parts.diffuse[w], global[w], lux(global)});
+  }
+  run.control().check();
+  run.progress.clear();
+  table.write("-", std::cout);
+  run.summarise(model, *sky,
+                {{"illuminance", fmt::format("{:.6g} lux, of which direct {:.6g}, diffuse {:.6g}",
+                                             lux(global), lux(parts.direct), lux(parts.diffuse))}});
+}
+
+void sun(Run& run) {
+  // Where the Sun is seen depends on the air's refractive index alone: one wavelength, no aerosol.
+  Scene scene = run.scene;
+  constexpr double kWavelengthNm = 550.0;
+  scene.aerosols.type = "none";
+  scene.aerosols.optical_depth_550nm.reset();
+  if (!scene.atmosphere.optical_layers) scene.spectrum.wavelengths_nm = {kWavelengthNm};
+  const SceneModel model = build_scene_model(scene);
+  const Medium& medium = model.medium;
+
+  const auto nearest = std::ranges::min_element(medium.wavelength_nm, {}, [&](double wavelength) {
+    return std::abs(wavelength - kWavelengthNm);
+  });
+  double apparent_rad = model.sun_elevation_rad;
+  bool visible = true;  // the Earth does not hide the Sun's centre
+  if (scene.atmosphere.refraction) {
+    const auto zenith_rad = apparent_zenith_rad(
+        medium, static_cast<std::size_t>(nearest - medium.wavelength_nm.begin()),
+        scene.observer.height_m / 1000.0, std::numbers::pi / 2.0 - model.sun_elevation_rad);
+    visible = zenith_rad.has_value();
+    if (visible) apparent_rad = std::numbers::pi / 2.0 - *zenith_rad;
+  }
+
+  CsvTable table({"quantity", "value"});
+  const auto row = [&](const char* name, double value, bool known = true) {
+    table.add_row({name, known ? CsvTable::Cell(value) : CsvTable::Cell("")});
+  };
+  row("true_elevation_deg", model.sun_elevation_rad * kDegrees);
+  row("apparent_elevation_deg", apparent_rad * kDegrees, visible);
+  row("refraction_deg", (apparent_rad - model.sun_elevation_rad) * kDegrees, visible);
+  row("azimuth_deg", model.sun_azimuth_rad * kDegrees);
+  row("distance_au", model.sun_distance_au);
+
+  TwilightTimes times;
+  int offset_minutes = 0;
+  if (const auto place = place_of(scene)) {
+    offset_minutes = parse_utc_offset_minutes(*scene.observer.time);
+    times = twilight_times(*place, parse_offset_date_time(*scene.observer.time), offset_minutes);
+  }
+  const std::pair<const char*, std::optional<UtcTime>> events[] = {
+      {"sunrise", times.sunrise},
+      {"sunset", times.sunset},
+      {"civil_twilight_begin", times.civil_begin},
+      {"civil_twilight_end", times.civil_end},
+      {"nautical_twilight_begin", times.nautical_begin},
+      {"nautical_twilight_end", times.nautical_end},
+      {"astronomical_twilight_begin", times.astronomical_begin},
+      {"astronomical_twilight_end", times.astronomical_end},
+  };
+  for (const auto& [name, time] : events)
+    table.add_row({name, time ? format_offset_date_time(*time, offset_minutes) : ""});
+  table.write("-", std::cout);
+}
+
+void optics(Run& run) {
+  const SceneModel model = run.model();
+  const Medium& medium = model.medium;
+  CsvTable table({"bottom_km", "top_km", "pressure_hpa", "temperature_k", "relative_humidity",
+                  "wavelength_nm", "refractive_index", "air_scattering_per_km",
+                  "aerosol_scattering_per_km", "aerosol_absorption_per_km", "aerosol_asymmetry",
+                  "gas_absorption_per_km"});
+  // A user's own layers have no state of the air.
+  const auto state = [](const std::vector<double>& values, std::size_t layer) {
+    return values.empty() ? CsvTable::Cell("") : CsvTable::Cell(values[layer]);
+  };
+  for (std::size_t i = 0; i < medium.layers(); ++i) {
+    for (std::size_t w = 0; w < medium.wavelengths(); ++w) {
+      table.add_row({medium.boundary_km[i], medium.boundary_km[i + 1],
+                     state(medium.pressure_hpa, i), state(medium.temperature_k, i),
+                     state(medium.relative_humidity, i), medium.wavelength_nm[w],
+                     1.0 + medium.refractivity(i, w), medium.air_scattering_per_km(i, w),
+                     medium.aerosol_scattering_per_km(i, w), medium.aerosol_absorption_per_km(i, w),
+                     medium.aerosol_asymmetry(i, w), medium.gas_absorption_per_km(i, w)});
+    }
+  }
+  run.control().check();
+  table.write("-", std::cout);
+}
+
+void run_command(const CommandLine& line, spdlog::logger& log) {
+  const LoadedScene loaded = checking_input([&] { return load_scene(line.scene, line.overrides); });
+  if (line.print_config) {
+    std::cout << to_toml(loaded.scene) << std::flush;
+    if (!std::cout) throw std::runtime_error("cannot write standard output");
+    return;
+  }
+  Run run(line, loaded.scene, log);
+  switch (line.command) {
+    case Command::kRender:
+      return render(run);
+    case Command::kRadiance:
+      return radiance(run);
+    case Command::kIrradiance:
+      return irradiance(run);
+    case Command::kSun:
+      return sun(run);
+    case Command::kOptics:
+      return optics(run);
+  }
+}
+
+int program(int argc, char** argv) {
+  const ParsedCommandLine parsed = parse_command_line(argc, argv);
+  if (!parsed.command) return parsed.exit_code;
+
+  spdlog::logger log("twilight", std::make_shared<spdlog::sinks::stderr_sink_st>());
+  log.set_pattern("%v");
+  if (parsed.command->quiet) log.set_level(spdlog::level::err);
+
+  struct sigaction action {};
+  action.sa_handler = request_stop;
+  ::sigaction(SIGINT, &action, nullptr);
+  ::sigaction(SIGTERM, &action, nullptr);
+  try {
+    run_command(*parsed.command, log);
+    return kExitSuccess;
+  } catch (const Cancelled&) {
+    log.error("twilight: stopped; nothing was written");
+    return kExitInterrupted;
+  } catch (const BadInput& error) {
+    log.error("twilight: {}", error.what());
+    return kExitBadInput;
+  } catch (const std::invalid_argument& error) {
+    // The tables and layers are looked at while the medium is built: input still.
+    log.error("twilight: {}: {}", parsed.command->scene.string(), error.what());
+    return kExitBadInput;
+  } catch (const std::exception& error) {
+    log.error("twilight: {}", error.what());
+    return kExitFailure;
+  }
+}
+
+}  // namespace
+}  // namespace twilight
+
+int main(int argc, char** argv) { return twilight::program(argc, argv); }

@@ -1,0 +1,209 @@
+#include "sim/cell_sky.h"
+
+#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/task_arena.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <numbers>
+
+#include <fmt/format.h>
+
+#include "atmosphere/refraction.h"
+#include "sim/spectral_lanes.h"
+
+namespace twilight {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+}  // namespace
+
+struct CellSky::Arena {
+  explicit Arena(int threads) : arena(threads > 0 ? threads : tbb::task_arena::automatic) {}
+  tbb::task_arena arena;
+};
+
+CellSky::~CellSky() = default;
+
+CellSky::CellSky(const SceneModel& model, const RunControl& control) : model_(model) {
+  const Scene& scene = model_.scene;
+  const SolverOptions& solver = scene.solver;
+  const auto start = Clock::now();
+  arena_ = std::make_unique<Arena>(solver.threads);
+  sun_.elevation_rad = model_.sun_elevation_rad;
+  observer_height_km_ = scene.observer.height_m * 1e-3;
+
+  options_.scattering_orders = solver.scattering_orders;
+  options_.rayleigh = solver.air_phase == "rayleigh";
+  options_.similarity = solver.aerosol_phase == "similarity";
+  options_.rescale = solver.active_shell_weighting == "rescale";
+  options_.ground_albedo = scene.earth.ground_albedo;
+  optics_ = make_exchange_optics(model_.medium, options_);
+  beam_ = beam_medium(model_.medium, optics_);
+
+  arena_->arena.execute([&] {
+    find_direct_sun();
+    control.report("sunlight", 0.0);
+    auto stage = Clock::now();
+    sunlight_ = std::make_unique<DirectSunlight>(beam_);
+    summary_.stage_seconds.emplace_back("direct sunlight", seconds_since(stage));
+    control.check();
+
+    CellGridOptions grid;
+    grid.azimuth_divisions = solver.azimuth_divisions;
+    grid.inner_radius_km = solver.inner_radius_m * 1e-3;
+    grid.observer_height_km = observer_height_km_;
+    grid.active_shell_stride = solver.active_shell_stride;
+    grid.group_shells = !options_.rescale;
+    grid.cell_height_km = solver.cell_height_km;
+    grid.cell_means = solver.cell_optics == "mean";
+    grid_ = std::make_unique<CellGrid>(model_.medium, grid);
+    std::unique_ptr<CellGrid> all_cells;
+    if (options_.rescale || solver.gather == "cells") {
+      CellGridOptions every = grid;
+      every.active_shell_stride = 1;
+      every.cell_height_km = 0;
+      all_cells = std::make_unique<CellGrid>(model_.medium, every);
+    }
+    exchange_ = solve_exchange(model_.medium, *grid_, all_cells.get(), *sunlight_, sun_, optics_,
+                               options_, control);
+    summary_.stage_seconds.emplace_back("exchange: setup", exchange_.report.setup_seconds);
+    summary_.stage_seconds.emplace_back("exchange: first event",
+                                        exchange_.report.first_event_seconds);
+    summary_.stage_seconds.emplace_back("exchange: passes", exchange_.report.passes_seconds);
+
+    GatherInputs gather;
+    gather.medium = &model_.medium;
+    gather.grid = grid_.get();
+    gather.sunlight = sunlight_.get();
+    gather.optics = &optics_;
+    gather.exchange = &exchange_;
+    gather.sun = sun_;
+    gather.observer_height_km = observer_height_km_;
+    gather.ground_albedo = scene.earth.ground_albedo;
+    gather.refraction = scene.atmosphere.refraction;
+    stage = Clock::now();
+    view_gather_ = std::make_unique<ViewGather>(gather);
+    if (solver.gather == "cells") {
+      cell_gather_ = std::make_unique<CellGather>(gather, *all_cells);
+      summary_.stage_seconds.emplace_back("gather from cells", seconds_since(stage));
+    }
+  });
+  summarise(seconds_since(start));
+}
+
+void CellSky::find_direct_sun() {
+  const Medium& m = model_.medium;
+  sun_transmittance_.assign(m.wavelengths(), 0.0);
+  apparent_elevation_rad_ = sun_.elevation_rad;
+  std::vector<double> path(m.layers());
+  const double true_zenith = kPi / 2 - sun_.elevation_rad;
+  for (std::size_t w = 0; w < m.wavelengths(); ++w) {
+    const RefractedRays rays(m, w);
+    const auto apparent = rays.apparent_zenith_rad(observer_height_km_, true_zenith);
+    if (!apparent) continue;
+    const RayTrace trace = rays.trace_outward(observer_height_km_, *apparent, path);
+    if (trace.hits_ground) continue;
+    double depth = slant_optical_depth(m, w, path);
+    if (!m.vertical_filter_optical_depth.empty()) depth += m.vertical_filter_optical_depth[w];
+    sun_transmittance_[w] = std::exp(-depth);
+    if (w == m.wavelengths() / 2) apparent_elevation_rad_ = kPi / 2 - *apparent;
+  }
+}
+
+std::span<const double> CellSky::wavelength_nm() const { return model_.medium.wavelength_nm; }
+std::span<const double> CellSky::solar_irradiance() const { return model_.solar_irradiance; }
+
+std::vector<double> CellSky::gather(std::span<const ViewDirection> views, bool multiple) const {
+  const std::size_t W = model_.medium.wavelengths();
+  std::vector<double> out(views.size() * W);
+  arena_->arena.execute([&] {
+    tbb::parallel_for(std::size_t{0}, views.size(), [&](std::size_t i) {
+      std::vector<float> lanes(optics_.lanes);
+      if (cell_gather_ && multiple) {
+        cell_gather_->radiance(views[i].elevation_rad, views[i].relative_azimuth_rad,
+                               lanes.data());
+      } else {
+        view_gather_->radiance(views[i].elevation_rad, views[i].relative_azimuth_rad, lanes.data(),
+                               multiple);
+      }
+      for (std::size_t w = 0; w < W; ++w) {
+        const double value = static_cast<double>(lanes[w]) * model_.solar_irradiance[w];
+        out[i * W + w] = std::isfinite(value) && value > 0 ? value : 0.0;
+      }
+    });
+  });
+  return out;
+}
+
+std::vector<double> CellSky::radiance(std::span<const ViewDirection> views) const {
+  return gather(views, true);
+}
+
+std::vector<double> CellSky::single_scattering(std::span<const ViewDirection> views) const {
+  return gather(views, false);
+}
+
+Irradiance CellSky::irradiance() const {
+  // Hemisphere by midpoints in elevation (denser towards the horizon) and azimuth.
+  constexpr int kRows = 40, kColumns = 60;
+  std::vector<ViewDirection> views;
+  std::vector<double> weight;
+  for (int i = 0; i < kRows; ++i) {
+    const double e0 = kPi / 2 * std::pow(static_cast<double>(i) / kRows, 1.5);
+    const double e1 = kPi / 2 * std::pow(static_cast<double>(i + 1) / kRows, 1.5);
+    for (int j = 0; j < kColumns; ++j) {
+      views.push_back({0.5 * (e0 + e1), kPi * (j + 0.5) / kColumns});
+      // integral of sin(e) cos(e) de over the ring, both mirror halves
+      weight.push_back(0.5 * (std::pow(std::sin(e1), 2) - std::pow(std::sin(e0), 2)) * 2 * kPi /
+                       kColumns);
+    }
+  }
+  const auto values = radiance(views);
+  const std::size_t W = model_.medium.wavelengths();
+  Irradiance result;
+  result.direct.assign(W, 0.0);
+  result.diffuse.assign(W, 0.0);
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    for (std::size_t w = 0; w < W; ++w) result.diffuse[w] += weight[i] * values[i * W + w];
+  }
+  for (std::size_t w = 0; w < W; ++w) {
+    result.direct[w] = model_.solar_irradiance[w] * sun_transmittance_[w] *
+                       std::max(0.0, std::sin(apparent_elevation_rad_));
+  }
+  return result;
+}
+
+void CellSky::summarise(double total_seconds) {
+  const ExchangeReport& r = exchange_.report;
+  auto& f = summary_.figures;
+  f.emplace_back("shells", fmt::format("{} ({} active)", r.shells, r.active_shells));
+  f.emplace_back("rings", fmt::format("{} active, {} of ground", r.active_rings, r.ground_rings));
+  if (r.cells > 0) f.emplace_back("cells", fmt::format("{}", r.cells));
+  f.emplace_back("active cells", fmt::format("{}", r.active_cells));
+  f.emplace_back("azimuthal modes", fmt::format("{}", r.azimuth_modes));
+  f.emplace_back("kernel evaluations", fmt::format("{:.4g}", static_cast<double>(r.kernel_evaluations)));
+  const std::size_t w = model_.medium.wavelengths() / 2;
+  std::string shares;
+  for (std::size_t k = 1; k < r.event_power.size(); ++k) {
+    const double before = r.event_power[k - 1][w];
+    shares += fmt::format("{}{:.3g}", k > 1 ? ", " : "",
+                          before > 0 ? r.event_power[k][w] / before : 0.0);
+  }
+  f.emplace_back(fmt::format("power of each event over the one before, {} nm",
+                             model_.medium.wavelength_nm[w]),
+                 shares);
+  if (!r.rescale_factor.empty()) {
+    f.emplace_back("active-shell rescaling of the second event", fmt::format("{:.3g}", r.rescale_factor[w]));
+  }
+  summary_.stage_seconds.emplace_back("solve, in all", total_seconds);
+}
+
+}  // namespace twilight

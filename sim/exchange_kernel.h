@@ -1,0 +1,101 @@
+// The SIMD kernels of the exchange between two rings of cells, and their scalar twins.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "atmosphere/medium.h"
+
+namespace twilight {
+
+/// Extinction of the medium, laid out for the kernels: float, wavelengths in lanes.
+struct ExchangeMedium {
+  double earth_radius_km = 0;
+  int layers = 0;
+  std::size_t lanes = 0;
+  std::vector<double> boundary_km;  ///< [layers + 1]
+  std::vector<float> extinction;    ///< [layer][lane], km^-1
+  std::vector<float> step;          ///< [boundary][lane]: extinction below minus above, km^-1
+};
+
+/// ext(layer, wavelength) in km^-1 of each layer, padded to `lanes`.
+ExchangeMedium make_exchange_medium(const Medium& medium, std::size_t lanes,
+                                    const LayerTable& extinction_per_km);
+
+/// One end of a ring pair: the common (rho, z) of the ring's cells about the
+/// observer's vertical axis.
+struct RingPoint {
+  double rho_km = 0, z_km = 0, altitude_km = 0;
+  int layer = 0;
+  double blur_km2 = 0;     ///< added to the squared distance: near-field length of the cell
+  bool ground = false;
+  double normal_r = 0, normal_z = 1;  ///< ground only
+  const float* half_depth = nullptr;  ///< [lane]: half the cell's own optical depth, or null
+};
+
+/// Angular components of the field in a cell, in the frame (radial, azimuthal,
+/// vertical) of the cell's azimuth. Even ones are symmetric in the mirror
+/// plane of the Sun, odd ones antisymmetric: S is the traceless part of
+/// the second moment, F the first moment, J the zeroth.
+enum Moment : int { kJ, kFr, kFz, kSrr, kSzz, kSrz, kFa, kSra, kSaz, kMoments };
+constexpr int kEvenMoments = 6;
+
+/// Azimuth samples 0..S/2 of a ring pair, with everything a pass needs.
+struct RingPairKernel {
+  int samples = 0;            ///< S/2 + 1
+  std::size_t lanes = 0;
+  std::vector<float> value;   ///< [sample][lane]: transmittance / (4 pi d^2), km^-2
+  std::vector<float> emit;    ///< [sample][kMoments]: weights of the source's moments
+  std::vector<float> receive; ///< [sample][kMoments]: what the target's moments gain
+  std::vector<double> dir_r, dir_a, dir_z;  ///< direction source to target in the source's frame
+  std::vector<double> scratch;
+  std::vector<float> crossing;
+  bool dark = false;          ///< nothing passes between the rings
+
+  void resize(int azimuth_divisions, std::size_t n_lanes, int layers);
+};
+
+/// Fills the kernel from source ring to target ring: exact path lengths per
+/// shell shared by all wavelengths, K = exp(-tau)/(4 pi (d^2 + blur)).
+/// For equal rings sample 0 (the cell itself) is left out.
+void ring_pair_kernel(const ExchangeMedium& medium, const RingPoint& source,
+                      const RingPoint& target, int azimuth_divisions, bool same_ring,
+                      bool moments, RingPairKernel& out);
+/// Plain double-precision twin of ring_pair_kernel's values: [sample][lane].
+std::vector<double> ring_pair_kernel_scalar(const ExchangeMedium& medium, const RingPoint& source,
+                                            const RingPoint& target, int azimuth_divisions,
+                                            bool same_ring);
+
+/// Cosines and sines of m k d for the azimuthal modes m of a ring.
+struct AzimuthModes {
+  int divisions = 0, samples = 0, modes = 0;
+  std::vector<float> cosine, sine;  ///< [mode][sample]
+  AzimuthModes(int azimuth_divisions, int modes);
+};
+
+/// Circular convolution in azimuth of all moments of a source ring with the
+/// pair's kernel, in cosine (even) and sine (odd) modes:
+/// field[mode][moment][lane] += K * source[mode][moment][lane].
+void moment_pass(const RingPairKernel& kernel, const AzimuthModes& modes, const float* source,
+                 float* field);
+void moment_pass_scalar(const RingPairKernel& kernel, const AzimuthModes& modes,
+                        const float* source, float* field);
+
+/// Cosine modes of the scalar kernel, sum over the whole ring:
+/// mode_kernel[mode][lane] = sum_k w_k K_k receive_k emit_k cos(m k d).
+void cosine_transform(const RingPairKernel& kernel, const AzimuthModes& modes, float* mode_kernel);
+/// field[i] += a[i] * b[i] * scale
+void multiply_add(const float* a, const float* b, float scale, std::size_t n, float* field);
+
+/// First aerosol event of the paper: source power [S/2+1][lane] scattered by
+/// Henyey-Greenstein about the Sun's direction (elevation e) towards the target
+/// ring: field[target azimuth][lane] += sum over sources. Direct summation, as the
+/// emission depends on both azimuths.
+void first_event_pass(const RingPairKernel& kernel, int azimuth_divisions, const float* power,
+                      const unsigned char* lit, const float* asymmetry, double sun_elevation_rad,
+                      float* field);
+void first_event_pass_scalar(const RingPairKernel& kernel, int azimuth_divisions,
+                             const float* power, const unsigned char* lit, const float* asymmetry,
+                             double sun_elevation_rad, float* field);
+
+}  // namespace twilight

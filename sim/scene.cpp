@@ -1,0 +1,216 @@
+#include "sim/scene.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <initializer_list>
+#include <span>
+#include <stdexcept>
+#include <string_view>
+
+#include "solar/solar_spectrum.h"
+#include "solar/time_point.h"
+
+namespace twilight {
+namespace {
+
+constexpr std::size_t kMostWavelengths = 64;
+
+// Remembers the first complaint and ignores the ones after it.
+class Checker {
+ public:
+  void fail(std::string_view key, std::string message) {
+    if (!problem_) problem_ = SceneProblem{std::string(key), std::move(message)};
+  }
+
+  // Written so that NaN fails too.
+  void range(std::string_view key, double value, double low, double high) {
+    if (!(value >= low && value <= high))
+      fail(key, fmt::format("= {}: must be {}..{}", value, low, high));
+  }
+
+  void range(std::string_view key, int value, int low, int high) {
+    if (value < low || value > high)
+      fail(key, fmt::format("= {}: must be {}..{}", value, low, high));
+  }
+
+  void range(std::string_view key, const std::optional<double>& value, double low, double high) {
+    if (value) range(key, *value, low, high);
+  }
+
+  void one_of(std::string_view key, std::string_view value,
+              std::initializer_list<std::string_view> allowed) {
+    one_of(key, value, std::span(allowed.begin(), allowed.size()));
+  }
+
+  void one_of(std::string_view key, std::string_view value,
+              std::span<const std::string_view> allowed) {
+    for (std::string_view word : allowed)
+      if (value == word) return;
+    std::string list;
+    for (std::string_view word : allowed)
+      list += fmt::format("{}\"{}\"", list.empty() ? "" : ", ", word);
+    fail(key,
+         fmt::format("= \"{}\": must be {}{}", value, allowed.size() > 1 ? "one of " : "", list));
+  }
+
+  bool failed() const { return problem_.has_value(); }
+  std::optional<SceneProblem> take() { return std::move(problem_); }
+
+ private:
+  std::optional<SceneProblem> problem_;
+};
+
+void check_sun(const Scene& scene, Checker& check) {
+  const ObserverOptions& observer = scene.observer;
+  check.range("observer.latitude_deg", observer.latitude_deg, -90.0, 90.0);
+  check.range("observer.longitude_deg", observer.longitude_deg, -180.0, 360.0);
+  check.range("sun.elevation_deg", scene.sun.elevation_deg, -90.0, 90.0);
+  check.range("sun.azimuth_deg", scene.sun.azimuth_deg, -360.0, 360.0);
+  if (observer.time) {
+    try {
+      parse_offset_date_time(*observer.time);
+    } catch (const std::invalid_argument& error) {
+      check.fail("observer.time", fmt::format("= \"{}\": must be an offset date-time, as "
+                                              "2003-12-08T17:00:00+01:00, in the years {}..{}: {}",
+                                              *observer.time, kFirstYear, kLastYear, error.what()));
+    }
+  }
+  check.one_of("sun.spectrum", scene.sun.spectrum, solar_spectra());
+
+  const bool any_place = observer.latitude_deg || observer.longitude_deg || observer.time;
+  if (any_place && scene.sun.elevation_deg) {
+    check.fail("sun.elevation_deg",
+               fmt::format("= {}: must not be given together with [observer] latitude_deg, "
+                           "longitude_deg or time; give a place and time, or an elevation in "
+                           "-90..90, not both",
+                           *scene.sun.elevation_deg));
+  } else if (any_place) {
+    constexpr std::string_view kMissing =
+        "is missing: [observer] latitude_deg (-90..90), longitude_deg (-180..360) and time "
+        "(an offset date-time) must all be given, or none of them";
+    if (!observer.latitude_deg) check.fail("observer.latitude_deg", std::string(kMissing));
+    if (!observer.longitude_deg) check.fail("observer.longitude_deg", std::string(kMissing));
+    if (!observer.time) check.fail("observer.time", std::string(kMissing));
+  } else if (!scene.sun.elevation_deg) {
+    check.fail("sun.elevation_deg",
+               "is missing: give it (-90..90), or [observer] latitude_deg, longitude_deg and time");
+  }
+}
+
+void check_medium(const Scene& scene, Checker& check) {
+  const AtmosphereOptions& air = scene.atmosphere;
+  check.range("earth.radius_km", scene.earth.radius_km, 1000.0, 70000.0);
+  check.range("earth.ground_albedo", scene.earth.ground_albedo, 0.0, 1.0);
+
+  check.one_of("atmosphere.profile", air.profile,
+               {"us_standard", "tropical", "midlatitude_summer", "midlatitude_winter",
+                "subarctic_summer", "subarctic_winter", "exponential"});
+  // The AFGL tables end at 120 km; a user's own layers bring their own top.
+  const bool afgl = air.profile != "exponential" && !air.optical_layers;
+  check.range("atmosphere.top_km", air.top_km, 1.0, afgl ? 120.0 : 200.0);
+  check.range("atmosphere.layers", air.layers, 1, 500);
+  check.one_of("atmosphere.layer_spacing", air.layer_spacing, {"graded", "equal-air-mass", "even"});
+  check.one_of("atmosphere.layer_optics", air.layer_optics, {"mean", "centre"});
+  check.range("atmosphere.ozone_du", air.ozone_du, 0.0, 1000.0);
+  check.one_of("atmosphere.ozone", air.ozone, {"layered", "vertical"});
+  check.one_of("atmosphere.refractive_index", air.refractive_index, {"ciddor", "haber2005"});
+  if (air.depolarisation && !(*air.depolarisation >= 0.0 && *air.depolarisation < 6.0 / 7.0)) {
+    check.fail("atmosphere.depolarisation",
+               fmt::format("= {}: must be \"king\" or a number from 0 to below 6/7 = 0.857",
+                           *air.depolarisation));
+  }
+  if (air.optical_layers && air.optical_layers->empty())
+    check.fail("atmosphere.optical_layers", "= \"\": must be the path of a CSV file");
+
+  const double height_km = scene.observer.height_m / 1000.0;
+  if (!(height_km >= 0.0 && (height_km < air.top_km || air.optical_layers) && height_km < 200.0)) {
+    check.fail("observer.height_m",
+               fmt::format("= {}: must be 0 up to below the top of the atmosphere, "
+                           "1000 * atmosphere.top_km = {}",
+                           scene.observer.height_m, 1000.0 * air.top_km));
+  }
+
+  check.one_of("aerosols.type", scene.aerosols.type,
+               {"none", "continental_clean", "continental_average", "continental_polluted", "urban",
+                "desert", "maritime_clean", "maritime_polluted", "maritime_tropical", "arctic",
+                "antarctic"});
+  check.range("aerosols.relative_humidity_percent", scene.aerosols.relative_humidity_percent, 0.0,
+              99.0);
+  check.range("aerosols.optical_depth_550nm", scene.aerosols.optical_depth_550nm, 0.0, 10.0);
+  if (scene.aerosols.type == "none" && scene.aerosols.optical_depth_550nm.value_or(0.0) > 0.0) {
+    check.fail("aerosols.optical_depth_550nm",
+               fmt::format("= {}: must be 0 or unset where aerosols.type is \"none\"",
+                           *scene.aerosols.optical_depth_550nm));
+  }
+}
+
+void check_spectrum(const Scene& scene, Checker& check) {
+  constexpr std::string_view kKey = "spectrum.wavelengths_nm";
+  if (check.failed()) return;  // the range asks for a spectrum that exists
+  const auto [shortest, longest] = solar_spectrum_range_nm(scene.sun.spectrum);
+  const std::vector<double>& wavelengths = scene.spectrum.wavelengths_nm;
+  if (wavelengths.empty() || wavelengths.size() > kMostWavelengths) {
+    check.fail(kKey,
+               fmt::format("has {} values: must have 1..{}", wavelengths.size(), kMostWavelengths));
+  }
+  for (std::size_t i = 0; i < wavelengths.size(); ++i) {
+    const double value = wavelengths[i];
+    if (!(value >= shortest && value <= longest)) {
+      check.fail(kKey, fmt::format("= {} (value {} of {}): must be {}..{}, the range of the tables "
+                                   "(sun.spectrum \"{}\")",
+                                   value, i + 1, wavelengths.size(), shortest, longest,
+                                   scene.sun.spectrum));
+    }
+    if (i > 0 && !(value > wavelengths[i - 1])) {
+      check.fail(kKey, fmt::format("= {} (value {} of {}): must be above the value before it, {}; "
+                                   "wavelengths increase strictly within {}..{}",
+                                   value, i + 1, wavelengths.size(), wavelengths[i - 1], shortest,
+                                   longest));
+    }
+  }
+}
+
+void check_solver(const SolverOptions& solver, Checker& check) {
+  check.one_of("solver.method", solver.method, {"cells"});
+  if (solver.azimuth_divisions < 8 || solver.azimuth_divisions > 360 ||
+      solver.azimuth_divisions % 2 != 0) {
+    check.fail("solver.azimuth_divisions",
+               fmt::format("= {}: must be even, 8..360", solver.azimuth_divisions));
+  }
+  check.range("solver.scattering_orders", solver.scattering_orders, 1, 50);
+  check.range("solver.active_shell_stride", solver.active_shell_stride, 1, 32);
+  check.one_of("solver.active_shell_weighting", solver.active_shell_weighting,
+               {"quadrature", "rescale"});
+  check.range("solver.inner_radius_m", solver.inner_radius_m, 1.0, 10000.0);
+  check.one_of("solver.air_phase", solver.air_phase, {"rayleigh", "isotropic"});
+  check.one_of("solver.cell_optics", solver.cell_optics, {"mean", "centre"});
+  check.range("solver.cell_height_km", solver.cell_height_km, 0.0, 200.0);
+  check.one_of("solver.gather", solver.gather, {"exact-single", "cells"});
+  if (solver.polarisation && solver.method == "cells") {
+    check.fail("solver.polarisation",
+               "= true: must be false where solver.method is \"cells\", which is scalar");
+  }
+  check.range("solver.threads", solver.threads, 0, 1024);
+}
+
+void check_output(const OutputOptions& output, Checker& check) {
+  check.one_of("output.projection", output.projection, {"fisheye", "latlong", "octahedral"});
+  check.range("output.size", output.size, 4, 16384);
+  check.one_of("output.channels", output.channels, {"rgb", "xyz", "rgb+spectral", "xyz+spectral"});
+  check.one_of("output.colour_observer", output.colour_observer, {"cie1931", "cie1964"});
+}
+
+}  // namespace
+
+std::optional<SceneProblem> validate(const Scene& scene) {
+  Checker check;
+  check_sun(scene, check);
+  check_medium(scene, check);
+  check_spectrum(scene, check);
+  check_solver(scene.solver, check);
+  check_output(scene.output, check);
+  return check.take();
+}
+
+}  // namespace twilight

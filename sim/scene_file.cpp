@@ -1,0 +1,491 @@
+#include "sim/scene_file.h"
+
+#include <fmt/format.h>
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <iterator>
+#include <limits>
+#include <numeric>
+#include <sstream>
+#include <stdexcept>
+
+#include "atmosphere/optical_layers.h"
+
+namespace twilight {
+namespace {
+
+#define TWILIGHT_FIELD(member) [](Scene& s) -> SceneField { return &s.member; }
+
+// clang-format off
+constexpr SceneKey kKeys[] = {
+    {"observer.latitude_deg", TWILIGHT_FIELD(observer.latitude_deg),
+     "degrees north (geodetic, WGS84), -90..90"},
+    {"observer.longitude_deg", TWILIGHT_FIELD(observer.longitude_deg),
+     "degrees east, -180..360"},
+    {"observer.height_m", TWILIGHT_FIELD(observer.height_m),
+     "metres above the ground sphere (0 = on the ground, at sea level), below the top"},
+    {"observer.time", TWILIGHT_FIELD(observer.time),
+     "offset date-time, as 2003-12-08T17:00:00+01:00"},
+
+    {"sun.elevation_deg", TWILIGHT_FIELD(sun.elevation_deg),
+     "geometric elevation of the Sun (no refraction), degrees, -90..90; instead of a place and time"},
+    {"sun.azimuth_deg", TWILIGHT_FIELD(sun.azimuth_deg),
+     "degrees clockwise from north, -360..360; only together with elevation_deg"},
+    {"sun.spectrum", TWILIGHT_FIELD(sun.spectrum),
+     "gueymard2004, kurucz1992, astm_g173, tsis1_hsrs, or unit (1 W m^-2 nm^-1 everywhere)"},
+
+    {"earth.radius_km", TWILIGHT_FIELD(earth.radius_km),
+     "1000..70000; auto: the ellipsoid's curvature in the Sun's azimuth, 6371 without a place", "auto"},
+    {"earth.ground_albedo", TWILIGHT_FIELD(earth.ground_albedo),
+     "Lambertian reflectance of the ground, 0..1"},
+
+    {"atmosphere.profile", TWILIGHT_FIELD(atmosphere.profile),
+     "us_standard, tropical, midlatitude_summer, midlatitude_winter, subarctic_summer, "
+     "subarctic_winter (AFGL), or exponential (the paper's exp(-h/8 km))"},
+    {"atmosphere.top_km", TWILIGHT_FIELD(atmosphere.top_km),
+     "top of the atmosphere, 1..120 km, 1..200 km for exponential"},
+    {"atmosphere.layers", TWILIGHT_FIELD(atmosphere.layers),
+     "number of layers, 1..500"},
+    {"atmosphere.layer_spacing", TWILIGHT_FIELD(atmosphere.layer_spacing),
+     "graded (fine near the ground), equal-air-mass (the paper's recursion), or even"},
+    {"atmosphere.layer_optics", TWILIGHT_FIELD(atmosphere.layer_optics),
+     "density of a layer: its mean, or at its centre (the paper)"},
+    {"atmosphere.ozone_du", TWILIGHT_FIELD(atmosphere.ozone_du),
+     "ozone column in Dobson units, 0..1000; auto: the profile's own, 300 for exponential", "auto"},
+    {"atmosphere.ozone", TWILIGHT_FIELD(atmosphere.ozone),
+     "layered (along the slant path), or vertical (the paper's filter of sunlight)"},
+    {"atmosphere.refraction", TWILIGHT_FIELD(atmosphere.refraction),
+     "whether sunlight and view rays bend, true or false"},
+    {"atmosphere.refractive_index", TWILIGHT_FIELD(atmosphere.refractive_index),
+     "ciddor, or haber2005 (the paper's formula as printed)"},
+    {"atmosphere.depolarisation", TWILIGHT_FIELD(atmosphere.depolarisation),
+     "king (the King factor of air; 0 with optical_layers), or one ratio from 0 to below 6/7", "king"},
+    {"atmosphere.optical_layers", TWILIGHT_FIELD(atmosphere.optical_layers),
+     "CSV file that replaces profile and aerosols; a relative path starts at this file's folder"},
+
+    {"aerosols.type", TWILIGHT_FIELD(aerosols.type),
+     "none, continental_clean, continental_average, continental_polluted, urban, desert, "
+     "maritime_clean, maritime_polluted, maritime_tropical, arctic, antarctic"},
+    {"aerosols.relative_humidity_percent", TWILIGHT_FIELD(aerosols.relative_humidity_percent),
+     "of the mixing layer, 0..99"},
+    {"aerosols.optical_depth_550nm", TWILIGHT_FIELD(aerosols.optical_depth_550nm),
+     "0..10: scales the aerosol column to this optical depth; auto: the type's own", "auto"},
+
+    {"spectrum.wavelengths_nm", TWILIGHT_FIELD(spectrum.wavelengths_nm),
+     "1..64 wavelengths, strictly increasing within 280..1000 nm"},
+
+    {"solver.method", TWILIGHT_FIELD(solver.method),
+     "cells (the paper's exchange between cells around the observer)"},
+    {"solver.azimuth_divisions", TWILIGHT_FIELD(solver.azimuth_divisions),
+     "cells around a ring, even, 8..360; 120 = 3 degrees"},
+    {"solver.scattering_orders", TWILIGHT_FIELD(solver.scattering_orders),
+     "scattering events followed, 1..50"},
+    {"solver.active_shell_stride", TWILIGHT_FIELD(solver.active_shell_stride),
+     "every n-th shell exchanges light, 1..32"},
+    {"solver.active_shell_weighting", TWILIGHT_FIELD(solver.active_shell_weighting),
+     "quadrature (active shells carry the passive ones' weight), or rescale (the paper's ratio)"},
+    {"solver.inner_radius_m", TWILIGHT_FIELD(solver.inner_radius_m),
+     "radius of the innermost shell, 1..10000 m"},
+    {"solver.air_phase", TWILIGHT_FIELD(solver.air_phase),
+     "rayleigh, or isotropic (the paper)"},
+    {"solver.cell_optics", TWILIGHT_FIELD(solver.cell_optics),
+     "medium of a cell: its mean, or at its centre (the paper)"},
+    {"solver.cell_height_km", TWILIGHT_FIELD(solver.cell_height_km),
+     "taller cells are divided, 0..200 km; 0 = never (the paper)"},
+    {"solver.gather", TWILIGHT_FIELD(solver.gather),
+     "exact-single (single scattering along the view ray plus the cells' multiple), or cells "
+     "(the paper)"},
+    {"solver.polarisation", TWILIGHT_FIELD(solver.polarisation),
+     "true or false; false for cells"},
+    {"solver.threads", TWILIGHT_FIELD(solver.threads),
+     "0..1024; 0 = one per core; results do not depend on it"},
+
+    {"output.projection", TWILIGHT_FIELD(output.projection),
+     "fisheye, latlong, or octahedral"},
+    {"output.size", TWILIGHT_FIELD(output.size),
+     "height in pixels, 4..16384; a latlong map is twice as wide"},
+    {"output.channels", TWILIGHT_FIELD(output.channels),
+     "rgb, xyz, rgb+spectral, or xyz+spectral (the spectrum goes to a second file)"},
+    {"output.colour_observer", TWILIGHT_FIELD(output.colour_observer),
+     "cie1931 (2 degrees), or cie1964 (10 degrees, the paper)"},
+    {"output.sun_disc", TWILIGHT_FIELD(output.sun_disc),
+     "whether the Sun's disc is drawn, true or false"},
+};
+// clang-format on
+
+#undef TWILIGHT_FIELD
+
+template <class... F>
+struct Overloaded : F... {
+  using F::operator()...;
+};
+template <class... F>
+Overloaded(F...) -> Overloaded<F...>;
+
+std::string_view table_of(std::string_view key) { return key.substr(0, key.find('.')); }
+std::string_view leaf_of(std::string_view key) { return key.substr(key.find('.') + 1); }
+
+const SceneKey* find_key(std::string_view name) {
+  const auto it = std::ranges::find(kKeys, name, &SceneKey::name);
+  return it == std::end(kKeys) ? nullptr : it;
+}
+
+bool is_table(std::string_view name) {
+  return std::ranges::any_of(kKeys, [&](const SceneKey& k) { return table_of(k.name) == name; });
+}
+
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i + 1;
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      const std::size_t swap = diagonal + (a[i] == b[j] ? 0 : 1);
+      diagonal = row[j + 1];
+      row[j + 1] = std::min({swap, row[j] + 1, row[j + 1] + 1});
+    }
+  }
+  return row.back();
+}
+
+// "; did you mean 'x'?", or nothing where no known key is near. A known key in
+// the wrong table counts as near.
+std::string suggestion(std::string_view unknown) {
+  const std::string_view leaf = leaf_of(unknown);
+  std::string_view best;
+  std::size_t best_distance = std::numeric_limits<std::size_t>::max();
+  for (const SceneKey& key : kKeys) {
+    const std::size_t distance =
+        std::min(edit_distance(unknown, key.name), 1 + edit_distance(leaf, leaf_of(key.name)));
+    if (distance < best_distance) {
+      best_distance = distance;
+      best = key.name;
+    }
+  }
+  if (best_distance > std::max<std::size_t>(3, leaf.size() / 3)) return {};
+  return fmt::format("; did you mean '{}'?", best);
+}
+
+std::string table_list() {
+  std::string list;
+  std::string_view last;
+  for (const SceneKey& key : kKeys) {
+    if (table_of(key.name) == last) continue;
+    last = table_of(key.name);
+    list += fmt::format("{}[{}]", list.empty() ? "" : " ", last);
+  }
+  return list;
+}
+
+template <class T>
+std::string streamed(const T& value) {
+  std::ostringstream text;
+  text << value;
+  return text.str();
+}
+
+std::string shown(const toml::node& node) {
+  if (node.is_table()) return "a table";
+  std::string text;
+  node.visit([&](const auto& typed) { text = streamed(typed); });
+  constexpr std::size_t kLongest = 120;
+  return text.size() <= kLongest ? text : text.substr(0, kLongest) + "...";
+}
+
+std::string toml_string(std::string_view text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') {
+      out += '\\';
+      out += c;
+    } else if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) {
+      out += fmt::format("\\u{:04X}", static_cast<unsigned char>(c));
+    } else {
+      out += c;
+    }
+  }
+  return out + '"';
+}
+
+[[noreturn]] void refuse(std::string_view origin, std::string_view key, std::string_view message) {
+  throw std::invalid_argument(fmt::format("{}: key '{}' {}", origin, key, message));
+}
+
+// The number of an integer or float node; complains about every other type, and
+// about NaN and infinity.
+double number_of(const toml::node& node, std::string_view origin, const SceneKey& key,
+                 std::string_view place = {}) {
+  double value = 0.0;
+  if (const auto* integer = node.as_integer()) {
+    value = static_cast<double>(integer->get());
+  } else if (const auto* real = node.as_floating_point()) {
+    value = real->get();
+  } else {
+    refuse(origin, key.name,
+           fmt::format("= {}{}: must be a number{}; {}", shown(node), place,
+                       key.unset_word.empty() ? "" : fmt::format(" or \"{}\"", key.unset_word),
+                       key.doc));
+  }
+  if (!std::isfinite(value)) {
+    refuse(origin, key.name,
+           fmt::format("= {}{}: must be a finite number; {}", shown(node), place, key.doc));
+  }
+  return value;
+}
+
+void assign(Scene& scene, const SceneKey& key, const toml::node& node, std::string_view origin) {
+  const auto wrong_type = [&](std::string_view wanted) {
+    refuse(origin, key.name, fmt::format("= {}: must be {}; {}", shown(node), wanted, key.doc));
+  };
+  const auto text_of = [&]() -> std::string {
+    if (const auto* text = node.as_string()) return text->get();
+    if (key.name == "observer.time") {
+      if (const auto* time = node.as_date_time()) return streamed(time->get());
+      wrong_type("an offset date-time");
+    }
+    wrong_type("a string");
+    return {};
+  };
+  const auto says_unset = [&] {
+    const auto* text = node.as_string();
+    return text != nullptr && !key.unset_word.empty() && text->get() == key.unset_word;
+  };
+  std::visit(
+      Overloaded{
+          [&](double* value) { *value = number_of(node, origin, key); },
+          [&](std::optional<double>* value) {
+            if (says_unset())
+              value->reset();
+            else
+              *value = number_of(node, origin, key);
+          },
+          [&](int* value) {
+            const auto* integer = node.as_integer();
+            if (integer == nullptr) wrong_type("an integer");
+            const std::int64_t wide = integer->get();
+            if (wide < std::numeric_limits<int>::min() || wide > std::numeric_limits<int>::max())
+              refuse(origin, key.name, fmt::format("= {}: is out of range; {}", wide, key.doc));
+            *value = static_cast<int>(wide);
+          },
+          [&](bool* value) {
+            const auto* boolean = node.as_boolean();
+            if (boolean == nullptr) wrong_type("true or false");
+            *value = boolean->get();
+          },
+          [&](std::string* value) { *value = text_of(); },
+          [&](std::optional<std::string>* value) { *value = text_of(); },
+          [&](std::vector<double>* value) {
+            const toml::array* array = node.as_array();
+            if (array == nullptr) wrong_type("an array of numbers");
+            value->clear();
+            for (const toml::node& element : *array) {
+              value->push_back(
+                  number_of(element, origin, key,
+                            fmt::format(" (value {} of {})", value->size() + 1, array->size())));
+            }
+          },
+      },
+      key.field(scene));
+}
+
+void assign_named(LoadedScene& loaded, std::string_view name, const toml::node& node,
+                  std::string_view origin) {
+  const SceneKey* key = find_key(name);
+  if (key == nullptr) {
+    refuse(origin, name, fmt::format("= {}: unknown key{}", shown(node), suggestion(name)));
+  }
+  assign(loaded.scene, *key, node, origin);
+  loaded.origin[std::string(name)] = std::string(origin);
+}
+
+void read_file(LoadedScene& loaded) {
+  const std::string name = loaded.file.string();
+  std::ifstream stream(loaded.file, std::ios::binary);
+  if (!stream || std::filesystem::is_directory(loaded.file))
+    throw std::runtime_error(fmt::format("{}: cannot read this scene file", name));
+  std::string text{std::istreambuf_iterator<char>(stream), {}};
+
+  toml::table root;
+  try {
+    root = toml::parse(text, name);
+  } catch (const toml::parse_error& error) {
+    throw std::invalid_argument(fmt::format("{}:{}: not valid TOML: {}", name,
+                                            error.source().begin.line, error.description()));
+  }
+  for (const auto& [table_name, table_node] : root) {
+    const std::string_view table_key = table_name.str();
+    const auto line_of = [&](const toml::key& key) {
+      return fmt::format("{}:{}", name, key.source().begin.line);
+    };
+    const toml::table* table = table_node.as_table();
+    if (table == nullptr && !is_table(table_key)) {
+      refuse(line_of(table_name), table_key,
+             fmt::format("= {}: unknown key outside the tables {}{}", shown(table_node),
+                         table_list(), suggestion(table_key)));
+    }
+    if (table == nullptr) {
+      refuse(line_of(table_name), table_key,
+             fmt::format("= {}: must be a table, [{}]", shown(table_node), table_key));
+    }
+    if (!is_table(table_key)) {
+      refuse(line_of(table_name), table_key,
+             fmt::format("is an unknown table; the tables are {}", table_list()));
+    }
+    for (const auto& [key, node] : *table)
+      assign_named(loaded, fmt::format("{}.{}", table_key, key.str()), node, line_of(key));
+  }
+}
+
+void apply_override(LoadedScene& loaded, const std::string& assignment) {
+  std::string origin = "--set " + assignment;
+  std::ranges::replace(origin, '\n', ' ');  // complaints stay on one line
+  const std::size_t equals = assignment.find('=');
+  if (equals == std::string::npos || equals == 0 || equals + 1 == assignment.size()) {
+    throw std::invalid_argument(
+        fmt::format("{}: must be KEY=VALUE, as --set solver.azimuth_divisions=72", origin));
+  }
+  const std::string key = assignment.substr(0, equals);
+  const std::string value = assignment.substr(equals + 1);
+  toml::table parsed;
+  try {
+    parsed = toml::parse("value = " + value);
+  } catch (const toml::parse_error& error) {
+    // A bare word (unit, my/layers.csv) is a string; anything with TOML's own
+    // punctuation in it was meant as TOML and is wrong.
+    if (value.find_first_of("\"'[]{}#=,\n\r") != std::string::npos) {
+      refuse(origin, key, fmt::format("= {}: is not valid TOML: {}", value, error.description()));
+    }
+    parsed.insert_or_assign("value", value);
+  }
+  if (parsed.size() != 1) refuse(origin, key, "must be one value");
+  assign_named(loaded, key, *parsed.get("value"), origin);
+}
+
+// Finds the user's layers beside the scene file and checks them whole; they come with their own
+// wavelengths, and without depolarisation unless a number is given.
+void resolve_optical_layers(LoadedScene& loaded) {
+  Scene& scene = loaded.scene;
+  const std::string given = *scene.atmosphere.optical_layers;
+  std::filesystem::path layers = given;
+  if (layers.is_relative()) layers = loaded.file.parent_path() / layers;
+  layers = layers.lexically_normal();
+  if (!std::filesystem::is_regular_file(layers)) {
+    throw std::invalid_argument(loaded.complaint(
+        "atmosphere.optical_layers", fmt::format("= {}: must be a CSV file; there is none at {}",
+                                                 toml_string(given), layers.string())));
+  }
+  scene.atmosphere.optical_layers = layers.string();
+  const std::vector<double> held = optical_layer_wavelengths(layers);
+  std::vector<double>& wanted = scene.spectrum.wavelengths_nm;
+  if (!loaded.origin.contains("spectrum.wavelengths_nm")) wanted = held;
+  constexpr double kSameNm = 1e-6;
+  for (const double wavelength : wanted) {
+    if (std::ranges::none_of(held,
+                             [&](double own) { return std::abs(own - wavelength) <= kSameNm; })) {
+      throw std::invalid_argument(
+          loaded.complaint("spectrum.wavelengths_nm",
+                           fmt::format("= {}: must be one of the wavelengths of {}: {}", wavelength,
+                                       layers.string(), fmt::join(held, ", "))));
+    }
+  }
+  if (!scene.atmosphere.depolarisation) scene.atmosphere.depolarisation = 0.0;
+}
+
+std::string value_text(const SceneField& field) {
+  return std::visit(Overloaded{
+                        [](const double* value) { return fmt::format("{}", *value); },
+                        [](const std::optional<double>* value) {
+                          return *value ? fmt::format("{}", **value) : std::string();
+                        },
+                        [](const int* value) { return fmt::format("{}", *value); },
+                        [](const bool* value) { return std::string(*value ? "true" : "false"); },
+                        [](const std::string* value) { return toml_string(*value); },
+                        [](const std::optional<std::string>* value) {
+                          return *value ? toml_string(**value) : std::string();
+                        },
+                        [](const std::vector<double>* value) {
+                          return fmt::format("[{}]", fmt::join(*value, ", "));
+                        },
+                    },
+                    field);
+}
+
+// What to_toml prints for a key; empty for one that is unset.
+std::string printed_value(const SceneKey& key, Scene& scene) {
+  // The azimuth only says something next to an elevation (load_scene refuses it elsewhere).
+  if (key.name == "sun.azimuth_deg" && !scene.sun.elevation_deg) return {};
+  const std::string text = value_text(key.field(scene));
+  return text.empty() && !key.unset_word.empty() ? toml_string(key.unset_word) : text;
+}
+
+}  // namespace
+
+std::span<const SceneKey> scene_keys() { return kKeys; }
+
+std::string LoadedScene::complaint(std::string_view key, std::string_view message) const {
+  const auto it = origin.find(key);
+  return fmt::format("{}: key '{}' {}", it == origin.end() ? file.string() : it->second, key,
+                     message);
+}
+
+LoadedScene load_scene(const std::filesystem::path& file, std::span<const std::string> overrides) {
+  LoadedScene loaded;
+  loaded.file = file;
+  read_file(loaded);
+  for (const std::string& assignment : overrides) apply_override(loaded, assignment);
+  if (loaded.scene.atmosphere.optical_layers) resolve_optical_layers(loaded);
+
+  const Scene& scene = loaded.scene;
+  if (const auto problem = validate(scene))
+    throw std::invalid_argument(loaded.complaint(problem->key, problem->message));
+  if (!scene.sun.elevation_deg && loaded.origin.contains("sun.azimuth_deg")) {
+    throw std::invalid_argument(loaded.complaint(
+        "sun.azimuth_deg", fmt::format("= {}: must only be given together with sun.elevation_deg; "
+                                       "place and time say where the Sun is",
+                                       scene.sun.azimuth_deg)));
+  }
+  return loaded;
+}
+
+std::string to_toml(const Scene& scene) {
+  Scene copy = scene;
+  std::string text;
+  std::string_view table;
+  for (const SceneKey& key : kKeys) {
+    if (table_of(key.name) != table) {
+      table = table_of(key.name);
+      text += fmt::format("{}[{}]\n", text.empty() ? "" : "\n", table);
+    }
+    const std::string value = printed_value(key, copy);
+    text += fmt::format("# {}\n", key.doc);
+    if (value.empty())
+      text += fmt::format("# {} is not set\n", leaf_of(key.name));
+    else
+      text += fmt::format("{} = {}\n", leaf_of(key.name), value);
+  }
+  return text;
+}
+
+std::vector<std::pair<std::string, std::string>> scene_settings(const Scene& scene) {
+  Scene copy = scene;
+  std::vector<std::pair<std::string, std::string>> settings;
+  for (const SceneKey& key : kKeys) {
+    if (printed_value(key, copy).empty()) continue;
+    const SceneField field = key.field(copy);
+    std::string text;
+    if (const auto* word = std::get_if<std::string*>(&field))
+      text = **word;
+    else if (const auto* optional_word = std::get_if<std::optional<std::string>*>(&field))
+      text = (*optional_word)->value();
+    else if (text = value_text(field); text.empty())
+      text = key.unset_word;
+    settings.emplace_back(key.name, std::move(text));
+  }
+  return settings;
+}
+
+}  // namespace twilight

@@ -1,0 +1,65 @@
+// Scene files: TOML in, a validated Scene out, and back again.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "sim/scene.h"
+
+namespace twilight {
+
+/// Where one key's value lives inside a Scene.
+using SceneField = std::variant<double*, std::optional<double>*, int*, bool*, std::string*,
+                                std::optional<std::string>*, std::vector<double>*>;
+
+/// One key of the scene file. The list of them serves the reader, the printer
+/// and the attributes of images, so that none can forget a key.
+struct SceneKey {
+  std::string_view name;        ///< "table.key"
+  SceneField (*field)(Scene&);  ///< its value
+  std::string_view doc;         ///< unit, range, meaning, in one line
+  /// Word that leaves an optional value unset ("auto", "king"); empty where
+  /// only leaving the key out does.
+  std::string_view unset_word = {};
+};
+
+/// Every key a scene file may hold, grouped by table, in the order they are printed.
+std::span<const SceneKey> scene_keys();
+
+/// A valid scene, and where each of its values was said.
+struct LoadedScene {
+  Scene scene;  ///< valid; a relative optical_layers path is resolved against the file's folder
+  std::filesystem::path file;
+  /// Key -> "scene.toml:12" or "--set solver.threads=2", for the keys that were given.
+  std::map<std::string, std::string, std::less<>> origin;
+
+  /// "scene.toml:12: key 'a.b' MESSAGE"; without the line where the key was not given.
+  std::string complaint(std::string_view key, std::string_view message) const;
+};
+
+/// Reads a TOML scene file, applies `overrides` ("KEY=VALUE", VALUE typed as
+/// TOML; a bare word that is no TOML value is a string) in order, and validates.
+/// Where optical_layers is given, that file is checked whole; wavelengths_nm, if not given, become
+/// the file's own, and depolarisation 0 unless it is a number.
+/// Throws std::invalid_argument with one message `FILE:LINE: key 'x.y' = VALUE: RANGE`
+/// for syntax errors, unknown tables and keys, wrong types, numbers that are not
+/// finite and everything validate() refuses; std::runtime_error if the file cannot be read.
+LoadedScene load_scene(const std::filesystem::path& file,
+                       std::span<const std::string> overrides = {});
+
+/// The scene as TOML, every key with its value (defaults included) and its
+/// documentation as a comment; unset keys as comments. load_scene() of this
+/// text gives the same scene.
+std::string to_toml(const Scene& scene);
+
+/// Every key with its value as text (words without quotes); unset keys are left out, those with
+/// an unset_word have that.
+std::vector<std::pair<std::string, std::string>> scene_settings(const Scene& scene);
+
+}  // namespace twilight

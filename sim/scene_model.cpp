@@ -1,0 +1,122 @@
+#include "sim/scene_model.h"
+
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+#include "aerosols/mixtures.h"
+#include "atmosphere/air.h"
+#include "atmosphere/optical_layers.h"
+#include "sim/cell_sky.h"
+#include "solar/place.h"
+#include "solar/solar_spectrum.h"
+#include "solar/sun_position.h"
+#include "solar/time_point.h"
+
+namespace twilight {
+namespace {
+
+constexpr double kRadPerDeg = std::numbers::pi / 180;
+constexpr double kMeanEarthRadiusKm = 6371.0;
+
+// Adds the layers' aerosol to the medium, each coefficient as the layer's mean, or at its
+// centre as the paper has it.
+void add_aerosols(Medium& medium, const std::vector<AerosolLayer>& aerosols, double factor,
+                  bool centre) {
+  for (std::size_t i = 0; i < medium.layers(); ++i) {
+    const double z0 = medium.boundary_km[i], z1 = medium.boundary_km[i + 1];
+    const double z = 0.5 * (z0 + z1);
+    for (std::size_t w = 0; w < medium.wavelengths(); ++w) {
+      double scattering = 0, absorption = 0, forward = 0;
+      for (const AerosolLayer& a : aerosols) {
+        const bool inside = z >= a.bottom_km && z < a.top_km;
+        const double p =
+            factor * (centre ? (inside ? std::exp(-z / a.scale_height_km) : 0.0)
+                             : mean_profile(a, z0, z1));
+        scattering += p * a.scattering_per_km[w];
+        absorption += p * a.absorption_per_km[w];
+        forward += p * a.scattering_per_km[w] * a.asymmetry[w];
+      }
+      medium.aerosol_scattering_per_km(i, w) = scattering;
+      medium.aerosol_absorption_per_km(i, w) = absorption;
+      medium.aerosol_asymmetry(i, w) = scattering > 0 ? forward / scattering : 0.0;
+    }
+  }
+}
+
+}  // namespace
+
+SceneModel build_scene_model(const Scene& scene) {
+  if (const auto problem = validate(scene)) {
+    throw std::invalid_argument("key '" + problem->key + "' " + problem->message);
+  }
+  SceneModel model;
+  model.scene = scene;
+  double radius_km = scene.earth.radius_km.value_or(kMeanEarthRadiusKm);
+  if (scene.observer.time) {
+    const Place place{*scene.observer.latitude_deg, *scene.observer.longitude_deg,
+                      scene.observer.height_m};
+    const SunPosition sun = sun_position(place, parse_offset_date_time(*scene.observer.time));
+    model.sun_elevation_rad = sun.elevation_deg * kRadPerDeg;
+    model.sun_azimuth_rad = sun.azimuth_deg * kRadPerDeg;
+    model.sun_distance_au = sun.distance_au;
+    if (!scene.earth.radius_km) radius_km = radius_of_curvature_km(place, sun.azimuth_deg);
+  } else {
+    model.sun_elevation_rad = *scene.sun.elevation_deg * kRadPerDeg;
+    model.sun_azimuth_rad = scene.sun.azimuth_deg * kRadPerDeg;
+  }
+
+  const auto& wavelengths = scene.spectrum.wavelengths_nm;
+  const bool centre = scene.atmosphere.layer_optics == "centre";
+  if (scene.atmosphere.optical_layers) {
+    model.medium = read_optical_layers(*scene.atmosphere.optical_layers, radius_km, wavelengths,
+                                       scene.atmosphere.depolarisation.value_or(0.0));
+  } else {
+    const auto aerosols = opac_aerosol_layers(
+        scene.aerosols.type, scene.aerosols.relative_humidity_percent, wavelengths);
+    AirOptions air;
+    air.profile = scene.atmosphere.profile;
+    air.top_km = scene.atmosphere.top_km;
+    air.layers = scene.atmosphere.layers;
+    air.layer_spacing = scene.atmosphere.layer_spacing;
+    air.layer_optics = scene.atmosphere.layer_optics;
+    air.ozone_du = scene.atmosphere.ozone_du;
+    air.ozone = scene.atmosphere.ozone;
+    air.refractive_index = scene.atmosphere.refractive_index;
+    air.refraction = scene.atmosphere.refraction;
+    air.depolarisation = scene.atmosphere.depolarisation;
+    air.earth_radius_km = radius_km;
+    for (const AerosolLayer& a : aerosols) {
+      if (a.top_km < air.top_km) air.snap_boundaries_km.push_back(a.top_km);
+    }
+    model.medium = make_air(air, wavelengths);
+    double factor = 1.0;
+    if (scene.aerosols.optical_depth_550nm && !aerosols.empty()) {
+      const double at_550[] = {550.0};
+      double depth = 0;
+      for (const AerosolLayer& a :
+           opac_aerosol_layers(scene.aerosols.type, scene.aerosols.relative_humidity_percent,
+                               at_550)) {
+        depth += optical_depth(a, 0);
+      }
+      factor = *scene.aerosols.optical_depth_550nm / depth;
+    }
+    add_aerosols(model.medium, aerosols, factor, centre);
+  }
+  for (const double nm : wavelengths) {
+    model.solar_irradiance.push_back(solar_irradiance_w_m2_nm(scene.sun.spectrum, nm) /
+                                     (model.sun_distance_au * model.sun_distance_au));
+  }
+  if (scene.observer.height_m * 1e-3 >= model.medium.top_km()) {
+    throw std::invalid_argument("observer.height_m = " + std::to_string(scene.observer.height_m) +
+                                ": must be below the top of the atmosphere, " +
+                                std::to_string(model.medium.top_km()) + " km");
+  }
+  return model;
+}
+
+std::unique_ptr<Sky> solve_sky(const SceneModel& model, const RunControl& control) {
+  return std::make_unique<CellSky>(model, control);
+}
+
+}  // namespace twilight

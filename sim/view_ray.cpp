@@ -1,0 +1,260 @@
+#include "sim/view_ray.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "sim/gather_kernel.h"
+
+namespace twilight {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+std::size_t idx(int i) { return static_cast<std::size_t>(i); }
+
+}  // namespace
+
+ViewPath trace_view(const Medium& medium, std::size_t wavelength, bool refraction,
+                    double observer_height_km, double elevation_rad, double max_step_km) {
+  const double R = medium.earth_radius_km;
+  const auto& b = medium.boundary_km;
+  const int top = static_cast<int>(medium.layers());
+  ViewPath path;
+  double h = observer_height_km;
+  double psi = 0;                           // central angle from the observer
+  double theta = kPi / 2 - elevation_rad;   // local zenith angle of the direction of travel
+  int layer = layer_at(medium, h);
+  const auto index = [&](int i) {
+    return refraction ? 1 + medium.refractivity(idx(i), wavelength) : 1.0;
+  };
+  // A downward ray at a boundary belongs to the layer below it.
+  if (theta > kPi / 2 && layer > 0 && h <= b[idx(layer)]) --layer;
+  const double h_observer = h;
+  for (int guard = 0; guard < 4 * top + 8; ++guard) {
+    const double r = R + h;
+    const double p = r * std::sin(theta);
+    const double s0 = r * std::cos(theta);  // signed distance from the perigee
+    const double lower = R + b[idx(layer)], upper = R + b[idx(layer) + 1];
+    bool down = s0 < 0 && p < lower;
+    const double target = down ? lower : upper;
+    const double s1 =
+        (down ? -1.0 : 1.0) * std::sqrt(std::max(0.0, (target - p) * (target + p)));
+    const double length = s1 - s0;
+    if (length > 0) {
+      // Altitude bends most near the perigee; a part is short enough to be straight in it.
+      const int parts = std::max(1, static_cast<int>(std::ceil(length / max_step_km)));
+      for (int i = 0; i < parts; ++i) {
+        const double s = s0 + length * (i + 0.5) / parts;
+        const double ri = std::hypot(p, s);
+        const double local = std::atan2(p, s);
+        const double at = psi + theta - local;
+        ViewStep step;
+        step.layer = layer;
+        step.length_km = length / parts;
+        step.altitude_km = std::clamp(ri - R, b[idx(layer)], b[idx(layer) + 1]);
+        step.rho_km = ri * std::sin(at);
+        const double half = std::sin(at / 2);
+        step.z_km = (ri - R - h_observer) - 2 * ri * half * half;
+        step.dir_r = std::sin(at + local);
+        step.dir_z = std::cos(at + local);
+        path.steps.push_back(step);
+      }
+    }
+    const double arriving = std::atan2(p, s1);
+    psi += theta - arriving;
+    h = target - R;
+    theta = arriving;
+    const int next = down ? layer - 1 : layer + 1;
+    if (next < 0) {
+      path.hits_ground = true;
+      path.ground_angle_rad = psi;
+      path.ground_cosine = -std::cos(theta);
+      break;
+    }
+    if (next >= top) break;
+    // Snell; where a discrete step of n would reflect a grazing ray it leaves horizontally.
+    const double sine = std::min(1.0, std::sin(theta) * index(layer) / index(next));
+    theta = down ? kPi - std::asin(sine) : std::asin(sine);
+    layer = next;
+    h = down ? b[idx(layer) + 1] : b[idx(layer)];
+  }
+  return path;
+}
+
+ViewGather::ViewGather(const GatherInputs& inputs) : in_(inputs) {
+  const auto& shells = in_.grid->shells();
+  const auto& rings = in_.grid->rings();
+  for (const CellShell& shell : shells) {
+    if (shell.rings == 0) continue;
+    ShellRows rows;
+    rows.log_r = std::log(shell.r_km);
+    rows.altitude_bands = shell.altitude_bands;
+    rows.first = shell.first_ring;
+    for (std::size_t i = 0; i < shell.rings; ++i) {
+      const CellRing& ring = rings[shell.first_ring + i];
+      rows.coordinate.push_back(shell.altitude_bands ? ring.altitude_km : ring.elevation_rad);
+    }
+    shells_.push_back(std::move(rows));
+  }
+  const Medium& m = *in_.medium;
+  const std::size_t L = in_.optics->lanes;
+  beam_extinction_.assign(m.layers() * L, 0.0F);
+  for (std::size_t i = 0; i < m.layers(); ++i) {
+    for (std::size_t w = 0; w < m.wavelengths(); ++w) {
+      beam_extinction_[i * L + w] = static_cast<float>(in_.optics->beam_extinction(i, w));
+    }
+  }
+}
+
+int ViewGather::corners(const ViewStep& step, int j0, int j1, float f, Corner* out) const {
+  const double r = std::hypot(step.rho_km, step.z_km);
+  const double log_r = std::log(std::max(r, 1e-9));
+  const double elevation = std::atan2(step.z_km, step.rho_km);
+  const auto it = std::upper_bound(shells_.begin(), shells_.end(), log_r,
+                                   [](double v, const ShellRows& s) { return v < s.log_r; });
+  const auto hi = static_cast<std::size_t>(it - shells_.begin());
+  std::size_t a = hi == 0 ? 0 : hi - 1;
+  std::size_t b = std::min(hi, shells_.size() - 1);
+  const double t = a == b ? 0.0
+                          : std::clamp((log_r - shells_[a].log_r) /
+                                           (shells_[b].log_r - shells_[a].log_r),
+                                       0.0, 1.0);
+  int n = 0;
+  const auto add = [&](const ShellRows& s, double weight) {
+    if (weight <= 0) return;
+    const auto& c = s.coordinate;
+    const double x = s.altitude_bands ? step.altitude_km : elevation;
+    const auto up = static_cast<std::size_t>(std::upper_bound(c.begin(), c.end(), x) - c.begin());
+    const std::size_t lo = up == 0 ? 0 : up - 1;
+    const std::size_t hi_row = std::min(up, c.size() - 1);
+    const double u = lo == hi_row ? 0.0 : (x - c[lo]) / (c[hi_row] - c[lo]);
+    const auto put = [&](std::size_t row, double w) {
+      if (w <= 0) return;
+      const CellField& field = in_.exchange->field;
+      out[n++] = {field.at(s.first + row, j0), static_cast<float>(w) * (1 - f)};
+      if (f > 0) out[n++] = {field.at(s.first + row, j1), static_cast<float>(w) * f};
+    };
+    put(lo, weight * (1 - u));
+    if (hi_row != lo) put(hi_row, weight * u);
+  };
+  add(shells_[a], 1 - t);
+  if (b != a) add(shells_[b], t);
+  return n;
+}
+
+void ViewGather::multiple_emission(const ViewStep& step, int node, float* out) const {
+  const std::size_t L = in_.optics->lanes;
+  std::fill(out, out + L, 0.0F);
+  if (shells_.empty() || in_.exchange->field.values.empty()) return;
+  Corner corner[8];
+  const float* fields[8];
+  float weights[8];
+  const int n = corners(step, node, node, 0.0F, corner);
+  for (int k = 0; k < n; ++k) {
+    fields[k] = corner[k].field;
+    weights[k] = corner[k].weight;
+  }
+  const std::size_t at = idx(step.layer) * L;
+  const ExchangeOptics& o = *in_.optics;
+  cell_emission(fields, weights, n, in_.exchange->field.moments, L, &o.s0[at], &o.s1[at],
+                &o.s2[at], static_cast<float>(-step.dir_r), static_cast<float>(-step.dir_z), out);
+}
+
+void ViewGather::radiance(double elevation_rad, double relative_azimuth_rad, float* out,
+                          bool multiple) const {
+  const Medium& m = *in_.medium;
+  const ExchangeOptics& o = *in_.optics;
+  const std::size_t L = o.lanes;
+  const double R = m.earth_radius_km;
+  // The Sun's plane is a mirror.
+  double azimuth = std::remainder(relative_azimuth_rad, 2 * kPi);
+  azimuth = std::abs(azimuth);
+  const std::size_t middle = m.wavelengths() / 2;
+  const ViewPath path = trace_view(m, middle, in_.refraction, in_.observer_height_km,
+                                   elevation_rad, in_.max_step_km);
+  const int S = in_.grid->azimuth_divisions();
+  const double node = azimuth / (2 * kPi) * S;
+  const int j0 = std::min(static_cast<int>(node), S / 2);
+  const int j1 = std::min(j0 + 1, S / 2);
+  const auto f = static_cast<float>(std::clamp(node - j0, 0.0, 1.0));
+
+  GatherMarch ray;
+  ray.lanes = L;
+  ray.steps = static_cast<int>(path.steps.size());
+  ray.length_km.resize(path.steps.size());
+  ray.layer.resize(path.steps.size());
+  ray.lit.assign(path.steps.size(), 0);
+  ray.sun_depth.assign(path.steps.size() * L, 0.0F);
+  ray.multiple.assign(path.steps.size() * L, 0.0F);
+  ray.cosine = static_cast<float>(
+      std::clamp(std::cos(in_.sun.elevation_rad) * std::cos(elevation_rad) * std::cos(azimuth) +
+                     std::sin(in_.sun.elevation_rad) * std::sin(elevation_rad),
+                 -1.0, 1.0));
+  const float* fields[8];
+  float weights[8];
+  Corner corner[8];
+  const bool with_cells = multiple && !shells_.empty() && !in_.exchange->field.values.empty();
+  for (std::size_t i = 0; i < path.steps.size(); ++i) {
+    const ViewStep& step = path.steps[i];
+    ray.length_km[i] = static_cast<float>(step.length_km);
+    ray.layer[i] = step.layer;
+    const double cos_z = cos_solar_zenith(in_.sun, R, in_.observer_height_km, step.rho_km, azimuth,
+                                          step.z_km);
+    ray.lit[i] = in_.sunlight->optical_depth(step.altitude_km, std::acos(cos_z),
+                                             &ray.sun_depth[i * L]);
+    if (!with_cells) continue;
+    const int n = corners(step, j0, j1, f, corner);
+    for (int k = 0; k < n; ++k) {
+      fields[k] = corner[k].field;
+      weights[k] = corner[k].weight;
+    }
+    const std::size_t at = idx(step.layer) * L;
+    // Light travels towards the observer: against the tangent.
+    cell_emission(fields, weights, n, in_.exchange->field.moments, L, &o.s0[at], &o.s1[at],
+                  &o.s2[at], static_cast<float>(-step.dir_r), static_cast<float>(-step.dir_z),
+                  &ray.multiple[i * L]);
+  }
+  std::fill(out, out + L, 0.0F);
+  std::vector<float> transmittance(L, 1.0F);
+  march(ray, {beam_extinction_.data(), o.air.data(), o.aerosol.data(), o.asymmetry.data(),
+              o.rayleigh_x2.data()},
+        out, transmittance.data());
+
+  if (path.hits_ground && in_.ground_albedo > 0) {
+    const double rho = R * std::sin(path.ground_angle_rad);
+    const double half = std::sin(path.ground_angle_rad / 2);
+    const double z = -in_.observer_height_km - 2 * R * half * half;
+    const double cos_z = cos_solar_zenith(in_.sun, R, in_.observer_height_km, rho, azimuth, z);
+    std::vector<float> exitance(L, 0.0F), depth(L, 0.0F);
+    const auto albedo = static_cast<float>(in_.ground_albedo);
+    if (cos_z > 0 && in_.sunlight->optical_depth(0.0, std::acos(cos_z), depth.data())) {
+      for (std::size_t w = 0; w < m.wavelengths(); ++w) {
+        exitance[w] = albedo * static_cast<float>(cos_z) * std::exp(-depth[w]);
+      }
+    }
+    const auto& rings = in_.grid->rings();
+    const std::size_t n_air = in_.grid->air_rings();
+    if (multiple && rings.size() > n_air && !in_.exchange->ground_exitance.empty()) {
+      std::size_t g = n_air;
+      while (g + 1 < rings.size() && rings[g].rho_km < rho) ++g;
+      const std::size_t g0 = g > n_air ? g - 1 : g;
+      const double span = rings[g].rho_km - rings[g0].rho_km;
+      const auto u = static_cast<float>(
+          span > 0 ? std::clamp((rho - rings[g0].rho_km) / span, 0.0, 1.0) : 0.0);
+      const std::size_t nodes = idx(S / 2 + 1);
+      const auto at = [&](std::size_t ring, int j) {
+        return &in_.exchange->ground_exitance[((ring - n_air) * nodes + idx(j)) * L];
+      };
+      for (std::size_t w = 0; w < m.wavelengths(); ++w) {
+        exitance[w] += (1 - u) * ((1 - f) * at(g0, j0)[w] + f * at(g0, j1)[w]) +
+                       u * ((1 - f) * at(g, j0)[w] + f * at(g, j1)[w]);
+      }
+    }
+    for (std::size_t w = 0; w < m.wavelengths(); ++w) {
+      out[w] += transmittance[w] * exitance[w] * static_cast<float>(1 / kPi);
+    }
+  }
+  for (std::size_t w = m.wavelengths(); w < L; ++w) out[w] = 0.0F;
+}
+
+}  // namespace twilight

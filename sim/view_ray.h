@@ -1,0 +1,85 @@
+// Light gathered along a view ray (Haber et al. 2005, Sec. 4.7).
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "atmosphere/medium.h"
+#include "sim/cell_grid.h"
+#include "sim/direct_sunlight.h"
+#include "sim/exchange.h"
+
+namespace twilight {
+
+/// A short piece of a view ray, midpoint values; from the observer outwards.
+struct ViewStep {
+  int layer = 0;
+  double length_km = 0;
+  double altitude_km = 0;
+  double rho_km = 0, z_km = 0;     ///< midpoint about the observer's vertical axis
+  double dir_r = 0, dir_z = 0;     ///< unit tangent, away from the observer
+};
+
+struct ViewPath {
+  std::vector<ViewStep> steps;
+  bool hits_ground = false;
+  double ground_angle_rad = 0;  ///< central angle of the point where it meets the ground
+  double ground_cosine = 0;
+};
+
+/// The (refracted) path of a view ray from the observer to the top or the ground,
+/// bent by Snell's law at every layer boundary with the refractivity of wavelength
+/// `wavelength` (pass refraction = false for a straight ray). Steps never cross a
+/// boundary and are no longer than max_step_km.
+ViewPath trace_view(const Medium& medium, std::size_t wavelength, bool refraction,
+                    double observer_height_km, double elevation_rad, double max_step_km);
+
+/// What a gather needs; everything outlives the object.
+struct GatherInputs {
+  const Medium* medium = nullptr;
+  const CellGrid* grid = nullptr;
+  const DirectSunlight* sunlight = nullptr;
+  const ExchangeOptics* optics = nullptr;
+  const ExchangeResult* exchange = nullptr;
+  SunGeometry sun;
+  double observer_height_km = 0;
+  double ground_albedo = 0;
+  bool refraction = true;
+  double max_step_km = 10.0;
+};
+
+/// Exact single scattering marched along the view ray plus multiple scattering
+/// from the cells' field, interpolated at every step.
+class ViewGather {
+ public:
+  explicit ViewGather(const GatherInputs& inputs);
+
+  /// Radiance per unit solar irradiance, sr^-1, [lane]. `multiple` false leaves
+  /// single scattering (and the ground's reflection of direct light) alone.
+  void radiance(double elevation_rad, double relative_azimuth_rad, float* out,
+                bool multiple = true) const;
+
+  /// Emission of multiply scattered light towards the observer at a point of a ray at azimuth
+  /// node j, km^-1 sr^-1 per unit irradiance, [lane].
+  void multiple_emission(const ViewStep& step, int node, float* out) const;
+
+ private:
+  struct Corner {
+    const float* field;
+    float weight;
+  };
+  struct ShellRows {
+    double log_r;
+    bool altitude_bands;
+    std::size_t first;
+    std::vector<double> coordinate;
+  };
+  int corners(const ViewStep& step, int j0, int j1, float f, Corner* out) const;
+
+  GatherInputs in_;
+  std::vector<ShellRows> shells_;
+  std::vector<float> beam_extinction_;  // [layer][lane]
+};
+
+}  // namespace twilight

@@ -1,0 +1,50 @@
+// Starts the program in a folder of its own and catches what it says.
+#pragma once
+
+#include <sys/types.h>
+
+#include <filesystem>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace twilight {
+
+/// What a finished program left behind.
+struct Finished {
+  int exit_code = -1;  ///< -1 if a signal ended it
+  std::string out;     ///< standard output
+  std::string err;     ///< standard error
+};
+
+/// A temporary folder, removed at the end, in which the program runs.
+class Workplace {
+ public:
+  Workplace();
+  ~Workplace();
+  Workplace(const Workplace&) = delete;
+  Workplace& operator=(const Workplace&) = delete;
+
+  std::filesystem::path path(const std::string& name) const { return folder_ / name; }
+  void write(const std::string& name, const std::string& text) const;
+  std::string read(const std::string& name) const;
+  /// Names of the files and folders in it, hidden ones included.
+  std::set<std::string> names() const;
+
+  /// Runs the program to its end. Standard output goes to `out_file` (and Finished::out stays
+  /// empty) if that is given.
+  Finished run(const std::vector<std::string>& arguments, const std::string& out_file = {}) const;
+
+  /// Starts the program, sends the signal as soon as it has said anything on standard error, and
+  /// waits for its end.
+  Finished run_and_signal(const std::vector<std::string>& arguments, int signal) const;
+
+ private:
+  pid_t start(const std::vector<std::string>& arguments, const std::string& out_file) const;
+  Finished finish(pid_t child) const;
+
+  std::filesystem::path folder_;   // where the program runs
+  std::filesystem::path streams_;  // what it says
+};
+
+}  // namespace twilight

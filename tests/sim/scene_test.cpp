@@ -1,0 +1,224 @@
+// Every range and joint rule of a scene is kept, at its edges.
+#include "sim/scene.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <limits>
+
+namespace twilight {
+namespace {
+
+using Change = std::function<void(Scene&)>;
+
+Scene valid_scene() {
+  Scene scene;
+  scene.sun.elevation_deg = -4.0;
+  return scene;
+}
+
+void expect_accepted(const Change& change) {
+  Scene scene = valid_scene();
+  change(scene);
+  const auto problem = validate(scene);
+  EXPECT_FALSE(problem.has_value()) << problem->key << " " << problem->message;
+}
+
+// The complaint must name the key and hold every given fragment: value and range.
+void expect_refused(const std::string& key, const std::vector<std::string>& fragments,
+                    const Change& change) {
+  Scene scene = valid_scene();
+  change(scene);
+  const auto problem = validate(scene);
+  ASSERT_TRUE(problem.has_value()) << key;
+  EXPECT_EQ(problem->key, key) << problem->message;
+  for (const std::string& fragment : fragments)
+    EXPECT_NE(problem->message.find(fragment), std::string::npos)
+        << "'" << fragment << "' is not in: " << problem->message;
+}
+
+TEST(Scene, DefaultsAreValidOnceTheSunIsSomewhere) {
+  expect_accepted([](Scene&) {});
+  EXPECT_TRUE(validate(Scene{}).has_value());
+}
+
+TEST(Scene, EveryNumberIsKeptToItsClosedRange) {
+  struct Range {
+    const char* key;
+    double low, high;
+    std::function<void(Scene&, double)> set;
+  };
+  const Range ranges[] = {
+      {"sun.elevation_deg", -90, 90, [](Scene& s, double v) { s.sun.elevation_deg = v; }},
+      {"sun.azimuth_deg", -360, 360, [](Scene& s, double v) { s.sun.azimuth_deg = v; }},
+      {"earth.radius_km", 1000, 70000, [](Scene& s, double v) { s.earth.radius_km = v; }},
+      {"earth.ground_albedo", 0, 1, [](Scene& s, double v) { s.earth.ground_albedo = v; }},
+      {"atmosphere.top_km", 1, 120, [](Scene& s, double v) { s.atmosphere.top_km = v; }},
+      {"atmosphere.ozone_du", 0, 1000, [](Scene& s, double v) { s.atmosphere.ozone_du = v; }},
+      {"aerosols.relative_humidity_percent", 0, 99,
+       [](Scene& s, double v) { s.aerosols.relative_humidity_percent = v; }},
+      {"aerosols.optical_depth_550nm", 0, 10,
+       [](Scene& s, double v) { s.aerosols.optical_depth_550nm = v; }},
+      {"solver.inner_radius_m", 1, 10000, [](Scene& s, double v) { s.solver.inner_radius_m = v; }},
+      {"solver.cell_height_km", 0, 200, [](Scene& s, double v) { s.solver.cell_height_km = v; }},
+      {"atmosphere.layers", 1, 500,
+       [](Scene& s, double v) { s.atmosphere.layers = static_cast<int>(v); }},
+      {"solver.azimuth_divisions", 8, 360,
+       [](Scene& s, double v) { s.solver.azimuth_divisions = static_cast<int>(v); }},
+      {"solver.scattering_orders", 1, 50,
+       [](Scene& s, double v) { s.solver.scattering_orders = static_cast<int>(v); }},
+      {"solver.active_shell_stride", 1, 32,
+       [](Scene& s, double v) { s.solver.active_shell_stride = static_cast<int>(v); }},
+      {"solver.threads", 0, 1024,
+       [](Scene& s, double v) { s.solver.threads = static_cast<int>(v); }},
+      {"output.size", 4, 16384, [](Scene& s, double v) { s.output.size = static_cast<int>(v); }},
+  };
+  for (const Range& range : ranges) {
+    SCOPED_TRACE(range.key);
+    expect_accepted([&](Scene& s) { range.set(s, range.low); });
+    expect_accepted([&](Scene& s) { range.set(s, range.high); });
+    const std::string low = std::to_string(static_cast<int>(range.low));
+    const std::string high = std::to_string(static_cast<int>(range.high));
+    const std::string allowed = low + ".." + high;
+    expect_refused(range.key, {allowed, std::to_string(static_cast<int>(range.low) - 1)},
+                   [&](Scene& s) { range.set(s, range.low - 1); });
+    expect_refused(range.key, {allowed, std::to_string(static_cast<int>(range.high) + 1)},
+                   [&](Scene& s) { range.set(s, range.high + 1); });
+  }
+}
+
+TEST(Scene, NanAndInfinityAreRefused) {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  for (const double bad : {kNan, kInfinity, -kInfinity}) {
+    expect_refused("sun.elevation_deg", {"-90..90"}, [&](Scene& s) { s.sun.elevation_deg = bad; });
+    expect_refused("atmosphere.depolarisation", {"6/7"},
+                   [&](Scene& s) { s.atmosphere.depolarisation = bad; });
+    expect_refused("observer.height_m", {"0 up to"}, [&](Scene& s) { s.observer.height_m = bad; });
+    expect_refused("spectrum.wavelengths_nm", {"280..1000"},
+                   [&](Scene& s) { s.spectrum.wavelengths_nm = {bad}; });
+  }
+}
+
+TEST(Scene, EveryWordIsOneOfItsList) {
+  const std::pair<const char*, std::function<void(Scene&)>> words[] = {
+      {"sun.spectrum", [](Scene& s) { s.sun.spectrum = "sodium"; }},
+      {"atmosphere.profile", [](Scene& s) { s.atmosphere.profile = "sodium"; }},
+      {"atmosphere.layer_spacing", [](Scene& s) { s.atmosphere.layer_spacing = "sodium"; }},
+      {"atmosphere.layer_optics", [](Scene& s) { s.atmosphere.layer_optics = "sodium"; }},
+      {"atmosphere.ozone", [](Scene& s) { s.atmosphere.ozone = "sodium"; }},
+      {"atmosphere.refractive_index", [](Scene& s) { s.atmosphere.refractive_index = "sodium"; }},
+      {"aerosols.type", [](Scene& s) { s.aerosols.type = "sodium"; }},
+      {"solver.method", [](Scene& s) { s.solver.method = "sodium"; }},
+      {"solver.active_shell_weighting",
+       [](Scene& s) { s.solver.active_shell_weighting = "sodium"; }},
+      {"solver.air_phase", [](Scene& s) { s.solver.air_phase = "sodium"; }},
+      {"solver.cell_optics", [](Scene& s) { s.solver.cell_optics = "sodium"; }},
+      {"solver.gather", [](Scene& s) { s.solver.gather = "sodium"; }},
+      {"output.projection", [](Scene& s) { s.output.projection = "sodium"; }},
+      {"output.channels", [](Scene& s) { s.output.channels = "sodium"; }},
+      {"output.colour_observer", [](Scene& s) { s.output.colour_observer = "sodium"; }},
+  };
+  for (const auto& [key, change] : words) expect_refused(key, {"\"sodium\"", "must be"}, change);
+}
+
+TEST(Scene, AzimuthDivisionsAreEven) {
+  expect_refused("solver.azimuth_divisions", {"= 9:", "even", "8..360"},
+                 [](Scene& s) { s.solver.azimuth_divisions = 9; });
+}
+
+TEST(Scene, PlaceAndElevationExcludeEachOther) {
+  expect_refused("sun.elevation_deg", {"-4", "not both"}, [](Scene& s) {
+    s.observer.latitude_deg = 49.25;
+    s.observer.longitude_deg = 6.97;
+    s.observer.time = "2003-12-08T17:00:00+01:00";
+  });
+}
+
+TEST(Scene, PlaceIsCompleteOrAbsent) {
+  const Change given[] = {
+      [](Scene& s) { s.observer.latitude_deg = 49.25; },
+      [](Scene& s) { s.observer.longitude_deg = 6.97; },
+      [](Scene& s) { s.observer.time = "2003-12-08T17:00:00+01:00"; },
+  };
+  const char* keys[] = {"observer.latitude_deg", "observer.longitude_deg", "observer.time"};
+  for (int missing = 0; missing < 3; ++missing) {
+    expect_refused(keys[missing], {"missing"}, [&](Scene& s) {
+      s.sun.elevation_deg.reset();
+      for (int i = 0; i < 3; ++i)
+        if (i != missing) given[i](s);
+    });
+  }
+  expect_accepted([&](Scene& s) {
+    s.sun.elevation_deg.reset();
+    for (const Change& change : given) change(s);
+  });
+}
+
+TEST(Scene, TimeIsAnOffsetDateTime) {
+  for (const char* bad : {"2003-12-08", "2003-12-08T17:00:00", "2003-02-30T17:00:00Z", "noon"}) {
+    expect_refused("observer.time", {bad, "2003-12-08T17:00:00+01:00"}, [&](Scene& s) {
+      s.sun.elevation_deg.reset();
+      s.observer.latitude_deg = 49.25;
+      s.observer.longitude_deg = 6.97;
+      s.observer.time = bad;
+    });
+  }
+}
+
+TEST(Scene, ObserverStandsInsideTheAtmosphere) {
+  expect_accepted([](Scene& s) { s.observer.height_m = 99999.0; });
+  expect_refused("observer.height_m", {"100000"}, [](Scene& s) { s.observer.height_m = 100000.0; });
+  expect_refused("observer.height_m", {"= -1:"}, [](Scene& s) { s.observer.height_m = -1.0; });
+}
+
+TEST(Scene, OnlyTheExponentialProfileReachesBeyondTheTables) {
+  expect_accepted([](Scene& s) {
+    s.atmosphere.profile = "exponential";
+    s.atmosphere.top_km = 200.0;
+  });
+  expect_refused("atmosphere.top_km", {"= 121:", "1..120"},
+                 [](Scene& s) { s.atmosphere.top_km = 121.0; });
+}
+
+TEST(Scene, DepolarisationStaysBelowSixSevenths) {
+  expect_accepted([](Scene& s) { s.atmosphere.depolarisation = 0.857; });
+  expect_refused("atmosphere.depolarisation", {"6/7"},
+                 [](Scene& s) { s.atmosphere.depolarisation = 6.0 / 7.0; });
+}
+
+TEST(Scene, WavelengthsIncreaseStrictlyInsideTheTables) {
+  expect_accepted([](Scene& s) { s.spectrum.wavelengths_nm = {280, 1000}; });
+  expect_refused("spectrum.wavelengths_nm", {"0 values", "1..64"},
+                 [](Scene& s) { s.spectrum.wavelengths_nm = {}; });
+  expect_refused("spectrum.wavelengths_nm", {"65 values", "1..64"}, [](Scene& s) {
+    s.spectrum.wavelengths_nm.clear();
+    for (int i = 0; i < 65; ++i) s.spectrum.wavelengths_nm.push_back(400.0 + i);
+  });
+  expect_refused("spectrum.wavelengths_nm", {"= 550", "value 2 of 2", "increase"}, [](Scene& s) {
+    s.spectrum.wavelengths_nm = {550, 550};
+  });
+  expect_refused("spectrum.wavelengths_nm", {"= 279.9", "280..1000"}, [](Scene& s) {
+    s.spectrum.wavelengths_nm = {279.9, 550};
+  });
+  // TSIS-1's table starts later than the others.
+  expect_refused("spectrum.wavelengths_nm", {"= 300", "350..1000"}, [](Scene& s) {
+    s.sun.spectrum = "tsis1_hsrs";
+    s.spectrum.wavelengths_nm = {300, 550};
+  });
+}
+
+TEST(Scene, ScalarCellsHaveNoPolarisation) {
+  expect_refused("solver.polarisation", {"= true", "scalar"},
+                 [](Scene& s) { s.solver.polarisation = true; });
+}
+
+TEST(Scene, NoAerosolsHaveNoOpticalDepth) {
+  expect_refused("aerosols.optical_depth_550nm", {"= 0.1", "none"}, [](Scene& s) {
+    s.aerosols.type = "none";
+    s.aerosols.optical_depth_550nm = 0.1;
+  });
+}
+
+}  // namespace
+}  // namespace twilight
