@@ -10,6 +10,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "sim/first_event.h"
 #include "sim/spectral_lanes.h"
 
 namespace twilight {
@@ -43,7 +44,7 @@ struct RingOptics {
 // the cells' domain, by quadrature over directions.
 void emission_fractions(const ExchangeMedium& medium, const CellGrid& grid, const CellRing& ring,
                         std::size_t wavelengths, double* escape, double* ground) {
-  constexpr int kPolar = 24, kAzimuth = 6;
+  constexpr int kPolar = 20, kAzimuth = 4;
   const double R = medium.earth_radius_km;
   const double h0 = grid.options().observer_height_km;
   const double r = R + ring.altitude_km;
@@ -105,6 +106,46 @@ void emission_fractions(const ExchangeMedium& medium, const CellGrid& grid, cons
       }
     }
   }
+}
+
+// The active rings between which a ring of any shell is interpolated.
+struct PassiveRing {
+  std::size_t ring[2] = {0, 0};
+  double weight[2] = {0, 0};
+};
+
+std::vector<PassiveRing> passive_rings(const CellGrid& active, const CellGrid& all) {
+  const double half_step = kPi / active.azimuth_divisions();
+  const auto& shells = active.shells();
+  const auto& rings = active.rings();
+  // Ring of an active shell at an elevation; npos where the shell has none there.
+  constexpr auto npos = static_cast<std::size_t>(-1);
+  const auto find = [&](const CellShell& shell, double elevation) {
+    for (std::size_t i = shell.first_ring; i < shell.first_ring + shell.rings; ++i) {
+      if (std::abs(rings[i].elevation_rad - elevation) < half_step) return i;
+    }
+    return npos;
+  };
+  std::vector<PassiveRing> result(all.air_rings());
+  for (std::size_t i = 0; i < all.air_rings(); ++i) {
+    const CellRing& ring = all.rings()[i];
+    const double r = all.shells()[idx(ring.shell)].r_km;
+    std::size_t hi = 0;
+    while (hi < shells.size() && shells[hi].r_km < r) ++hi;
+    const std::size_t lo = hi == 0 ? 0 : hi - 1;
+    hi = std::min(hi, shells.size() - 1);
+    const double span = shells[hi].r_km - shells[lo].r_km;
+    const double t = span > 0 ? (r - shells[lo].r_km) / span : 0.0;
+    const std::size_t a = find(shells[lo], ring.elevation_rad);
+    const std::size_t b = find(shells[hi], ring.elevation_rad);
+    PassiveRing& p = result[i];
+    if (a != npos && b != npos) {
+      p = {{a, b}, {1 - t, t}};
+    } else if (a != npos || b != npos) {
+      p = {{a != npos ? a : b, a != npos ? a : b}, {1.0, 0.0}};
+    }
+  }
+  return result;
 }
 
 }  // namespace
@@ -191,8 +232,6 @@ ExchangeResult solve_exchange(const Medium& medium, const CellGrid& grid,
   const bool ground = options.ground_albedo > 0;
   const std::size_t n_all = ground ? rings.size() : n_air;
   const bool means = grid.options().cell_means;
-  const double R = medium.earth_radius_km;
-  const double h0 = grid.options().observer_height_km;
 
   // One number per cell and wavelength suffices where every later event is isotropic.
   bool anisotropic = options.rayleigh || !options.similarity;
@@ -252,6 +291,10 @@ ExchangeResult solve_exchange(const Medium& medium, const CellGrid& grid,
                  ring.slope_z, &ro.half_depth[i * L]};
   }
 
+  const auto sampling = [&](std::size_t s, std::size_t t) {
+    return azimuth_sampling(transport, points[s], points[t], S, M, options.azimuth_tolerance);
+  };
+
   struct Workspace {
     RingPairKernel kernel;
     std::vector<float> mode_kernel;
@@ -275,10 +318,11 @@ ExchangeResult solve_exchange(const Medium& medium, const CellGrid& grid,
       auto& ws = workspaces.local();
       std::vector<double> air(L, 0.0), earth(L, 0.0);
       for (std::size_t t = 0; t < rings.size(); ++t) {
-        ring_pair_kernel(transport, points[s], points[t], S, s == t, false, ws.kernel);
+        ring_pair_kernel(transport, points[s], points[t], S, sampling(s, t), s == t, false,
+                         ws.kernel);
         if (ws.kernel.dark) continue;
         auto& sum = t < n_air ? air : earth;
-        for (int k = 0; k < nodes; ++k) {
+        for (int k = 0; k < ws.kernel.samples; ++k) {
           const auto row = idx(k) * kMoments;
           const double weight = ws.kernel.receive[row] * ws.kernel.emit[row];
           for (std::size_t w = 0; w < W; ++w) {
@@ -306,77 +350,14 @@ ExchangeResult solve_exchange(const Medium& medium, const CellGrid& grid,
 
   // First event: power scattered out of the direct beam in every cell.
   const auto first_start = Clock::now();
-  std::vector<float> node_source(rings.size() * idx(nodes) * idx(nm) * L, 0.0F);
   const bool aerosol_first = options.similarity;
-  std::vector<float> aerosol_power(aerosol_first ? n_air * idx(nodes) * L : 0, 0.0F);
-  std::vector<unsigned char> lit(n_air * idx(nodes), 0);
-  std::vector<float> ring_asymmetry(n_air * L, 0.0F);
-  const double cos_e = std::cos(sun.elevation_rad), sin_e = std::sin(sun.elevation_rad);
+  const FirstEvent first = first_event(medium, grid, n_all, sunlight, sun, optics, aerosol_first,
+                                       options.ground_albedo, nm);
+  const auto& node_source = first.source;
+  const auto& aerosol_power = first.aerosol_power;
+  const auto& lit = first.lit;
+  const auto& ring_asymmetry = first.asymmetry;
   const float albedo = static_cast<float>(options.ground_albedo);
-
-  tbb::parallel_for(std::size_t{0}, n_all, [&](std::size_t i) {
-    const CellRing& ring = rings[i];
-    std::vector<CellSample> samples;
-    if (ring.ground || !means) {
-      samples = {{ring.rho_km, ring.z_km, ring.altitude_km, ring.layer, ring.volume_km3}};
-    } else {
-      samples = grid.samples(ring, medium);
-    }
-    std::vector<float> depth(L), beam(L);
-    std::vector<float> gs(L, 0.0F), as(L, 0.0F);
-    if (!ring.ground) {
-      for (const auto& [layer, volume] : ring.layer_volume_km3) {
-        for (std::size_t w = 0; w < W; ++w) {
-          const std::size_t at = idx(layer) * L + w;
-          as[w] += static_cast<float>(volume) * optics.aerosol[at];
-          gs[w] += static_cast<float>(volume) * optics.aerosol[at] * optics.asymmetry[at];
-        }
-      }
-      for (std::size_t w = 0; w < W; ++w) {
-        ring_asymmetry[i * L + w] = as[w] > 0 ? gs[w] / as[w] : 0.0F;
-      }
-    }
-    for (int j = 0; j < nodes; ++j) {
-      const double phi = 2 * kPi * j / S;
-      const double sr = -cos_e * std::cos(phi), sa = cos_e * std::sin(phi), sz = -sin_e;
-      float* q = &node_source[(i * idx(nodes) + idx(j)) * idx(nm) * L];
-      for (const auto& p : samples) {
-        const double cos_z = cos_solar_zenith(sun, R, h0, p.rho_km, phi, p.z_km);
-        if (!sunlight.optical_depth(p.altitude_km, std::acos(cos_z), depth.data())) continue;
-        if (ring.ground) {
-          if (cos_z <= 0) continue;
-          for (std::size_t w = 0; w < W; ++w) {
-            q[w] += albedo * static_cast<float>(p.volume_km3 * cos_z) * std::exp(-depth[w]);
-          }
-          continue;
-        }
-        lit[i * idx(nodes) + idx(j)] = 1;
-        const std::size_t layer = idx(p.layer) * L;
-        const auto v = static_cast<float>(p.volume_km3);
-        for (std::size_t w = 0; w < W; ++w) {
-          const float e = v * std::exp(-depth[w]);
-          float c0 = optics.s0[layer + w], c1 = optics.s1[layer + w], c2 = optics.s2[layer + w];
-          if (aerosol_first) {
-            // Aerosols' first event goes by the direct pass below.
-            aerosol_power[(i * idx(nodes) + idx(j)) * L + w] += e * optics.aerosol[layer + w];
-            c0 = optics.air[layer + w];
-            c1 = 0;
-            c2 = 7.5F * c0 * optics.rayleigh_x2[w];
-          }
-          q[kJ * L + w] += e * c0;
-          if (nm == 1) continue;
-          q[kFr * L + w] += e * c1 * static_cast<float>(sr);
-          q[kFa * L + w] += e * c1 * static_cast<float>(sa);
-          q[kFz * L + w] += e * c1 * static_cast<float>(sz);
-          q[kSrr * L + w] += e * c2 * static_cast<float>(sr * sr - 1.0 / 3);
-          q[kSzz * L + w] += e * c2 * static_cast<float>(sz * sz - 1.0 / 3);
-          q[kSrz * L + w] += e * c2 * static_cast<float>(sr * sz);
-          q[kSra * L + w] += e * c2 * static_cast<float>(sr * sa);
-          q[kSaz * L + w] += e * c2 * static_cast<float>(sa * sz);
-        }
-      }
-    }
-  });
 
   // Node values to modes: cosine series for even moments, sine series for odd ones.
   const auto to_modes = [&](const float* node, float* mode) {
@@ -418,14 +399,6 @@ ExchangeResult solve_exchange(const Medium& medium, const CellGrid& grid,
   std::vector<float> ground_exitance;  // by diffuse light; the direct part is exact elsewhere
   if (ground) ground_exitance.assign((n_all - n_air) * idx(nodes) * L, 0.0F);
 
-  // What passive shells would add, by the paper's ratio.
-  std::vector<float> rescale(L, 1.0F);
-  const auto apply_rescale = [&](const std::vector<double>& all, const std::vector<double>& active) {
-    for (std::size_t w = 0; w < W; ++w) {
-      rescale[w] = active[w] > 1e-30 ? static_cast<float>(all[w] / active[w]) : 1.0F;
-    }
-  };
-
   const auto power_of = [&](const std::vector<float>& modes_of) {
     std::vector<double> p(W, 0.0);
     for (std::size_t i = 0; i < n_air; ++i) {
@@ -437,20 +410,27 @@ ExchangeResult solve_exchange(const Medium& medium, const CellGrid& grid,
   };
   report.escaped.assign(W, 0.0);
   report.ground_absorbed.assign(W, 0.0);
-  {
-    auto p = power_of(source);
-    if (aerosol_first) {
-      for (std::size_t i = 0; i < n_air; ++i) {
-        for (int j = 0; j < nodes; ++j) {
-          const double twice = (j == 0 || 2 * j == S) ? 1.0 : 2.0;
-          for (std::size_t w = 0; w < W; ++w) {
-            p[w] += twice * static_cast<double>(
-                                aerosol_power[(i * idx(nodes) + idx(j)) * L + w]);
-          }
-        }
-      }
+  report.event_power.push_back(first.power);
+
+  // The paper's ratio: what all shells emit over what the active ones do.
+  std::vector<float> rescale(L, 1.0F);
+  std::vector<PassiveRing> passive;
+  const auto set_rescale = [&](const std::vector<double>& all, const std::vector<double>& active) {
+    for (std::size_t w = 0; w < W; ++w) {
+      // Where no active cell emits there is nothing to rescale.
+      rescale[w] = active[w] > 0 ? static_cast<float>(std::min(all[w] / active[w], 1e6)) : 1.0F;
     }
-    report.event_power.push_back(p);
+  };
+  if (all_cells != nullptr) {
+    report.cells = all_cells->air_rings() * idx(S);
+    report.rings = all_cells->air_rings();
+  }
+  if (options.rescale && all_cells != nullptr) {
+    const FirstEvent every = first_event(medium, *all_cells, all_cells->air_rings(), sunlight, sun,
+                                         optics, aerosol_first, 0.0, 1);
+    set_rescale(every.power, first.power);
+    for (std::size_t w = 0; w < W; ++w) report.rescale_factor.push_back(rescale[w]);
+    passive = passive_rings(grid, *all_cells);
   }
 
   const bool scalar = nm == 1;
@@ -494,9 +474,10 @@ ExchangeResult solve_exchange(const Medium& medium, const CellGrid& grid,
               for (int j = 0; j < nodes; ++j) any_lit |= lit[s * idx(nodes) + idx(j)] != 0;
             }
             if (!mine && !any_lit) continue;
-            ring_pair_kernel(transport, points[s], points[t], S, s == t, !scalar, ws.kernel);
+            ring_pair_kernel(transport, points[s], points[t], S, sampling(s, t), s == t, !scalar,
+                             ws.kernel);
             if (ws.kernel.dark) continue;
-            count += idx(nodes);
+            count += idx(ws.kernel.samples);
             if (any_lit) {
               first_event_pass(ws.kernel, S, &aerosol_power[s * idx(nodes) * L],
                                &lit[s * idx(nodes)], &ring_asymmetry[s * L], sun.elevation_rad,
@@ -514,7 +495,7 @@ ExchangeResult solve_exchange(const Medium& medium, const CellGrid& grid,
               // The same correction both ways keeps the pair reciprocal.
               const float* scale = &ro.ground_scale[(target_ground ? s : t) * L];
               float* v = ws.kernel.value.data();
-              for (int k = 0; k < nodes; ++k) {
+              for (int k = 0; k < ws.kernel.samples; ++k) {
                 for (std::size_t w = 0; w < L; ++w) v[idx(k) * L + w] *= scale[w];
               }
             }
@@ -583,7 +564,14 @@ ExchangeResult solve_exchange(const Medium& medium, const CellGrid& grid,
           for (std::size_t w = 0; w < L; ++w) {
             const std::size_t at = (idx(m) * idx(nm) + idx(c)) * L + w;
             float value = f[at] * ro.own_share[i * L + w] * rescale[w];
-            if (c == kJ && i < n_air) value += ro.self[i * L + w] * q[at];
+            if (i < n_air) {
+              // Moments that a uniform neighbourhood sends itself: the mean of (w.F)w is F/3,
+              // of (w.S.w)(ww - 1/3) it is 2S/15; off-diagonal sources carry S once.
+              const float gain =
+                  c == kJ ? 1.0F
+                          : (c == kFr || c == kFz || c == kFa ? 1.0F / 3 : 2.0F / 15);
+              value += gain * ro.self[i * L + w] * q[at];
+            }
             f[at] = value;
             sum[at] += value;
           }
@@ -607,13 +595,28 @@ ExchangeResult solve_exchange(const Medium& medium, const CellGrid& grid,
       }
     });
     report.event_power.push_back(power_of(source));
+    if (!passive.empty()) {
+      // Passive shells by linear interpolation of the arriving light between active ones.
+      std::vector<double> all(W, 0.0);
+      for (std::size_t i = 0; i < passive.size(); ++i) {
+        const PassiveRing& p = passive[i];
+        const CellRing& ring = all_cells->rings()[i];
+        for (const auto& [layer, volume] : ring.layer_volume_km3) {
+          for (std::size_t w = 0; w < W; ++w) {
+            const double light = p.weight[0] * static_cast<double>(field[p.ring[0] * block + w]) +
+                                 p.weight[1] * static_cast<double>(field[p.ring[1] * block + w]);
+            all[w] += S * light * volume *
+                      static_cast<double>(optics.s0[idx(layer) * L + w]);
+          }
+        }
+      }
+      set_rescale(all, report.event_power.back());
+    }
     control.report("exchange", static_cast<double>(pass + 1) / passes);
   }
   // The last event's light leaves too, as far as the ledger goes.
   report.kernel_evaluations = evaluations;
   report.passes_seconds = seconds_since(passes_start);
-  (void)apply_rescale;
-  (void)all_cells;
 
   CellField& cell_field = result.field;
   cell_field.lanes = L;

@@ -26,6 +26,9 @@ struct ExchangeOptions {
   /// true: the paper's rule I_all/I_active for what passive shells would add (Sec. 5).
   bool rescale = false;
   double ground_albedo = 0.0;
+  /// Azimuthal modes of a ring pair weaker than this are dropped, and its azimuth samples thinned
+  /// accordingly (azimuth_sampling). 0 = none.
+  double azimuth_tolerance = 1e-3;
 };
 
 /// Optical coefficients of each layer as the exchange uses them, [layer][lane], km^-1.

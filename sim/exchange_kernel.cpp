@@ -85,8 +85,9 @@ void Transmit(const float* HWY_RESTRICT t, std::size_t stride, int n_terms,
 template <class Tag>
 void MomentPass(Tag d, const float* HWY_RESTRICT value, const float* HWY_RESTRICT emit,
                 const float* HWY_RESTRICT receive, int n_samples, std::size_t lanes,
-                const float* HWY_RESTRICT cosine, const float* HWY_RESTRICT sine, int modes,
-                const float* HWY_RESTRICT source, float* HWY_RESTRICT field) {
+                const float* HWY_RESTRICT cosine, const float* HWY_RESTRICT sine,
+                std::size_t row, std::size_t every, int modes, const float* HWY_RESTRICT source,
+                float* HWY_RESTRICT field) {
   const std::size_t step = hn::Lanes(d);
   for (std::size_t w = 0; w < lanes; w += step) {
     for (int m = 0; m < modes; ++m) {
@@ -101,8 +102,8 @@ void MomentPass(Tag d, const float* HWY_RESTRICT value, const float* HWY_RESTRIC
            f3 = hn::LoadU(d, f + 3 * lanes), f4 = hn::LoadU(d, f + 4 * lanes),
            f5 = hn::LoadU(d, f + 5 * lanes), f6 = hn::LoadU(d, f + 6 * lanes),
            f7 = hn::LoadU(d, f + 7 * lanes), f8 = hn::LoadU(d, f + 8 * lanes);
-      const float* c = cosine + static_cast<std::size_t>(m) * static_cast<std::size_t>(n_samples);
-      const float* s = sine + static_cast<std::size_t>(m) * static_cast<std::size_t>(n_samples);
+      const float* c = cosine + static_cast<std::size_t>(m) * row;
+      const float* s = sine + static_cast<std::size_t>(m) * row;
       for (int k = 0; k < n_samples; ++k) {
         const float* a = emit + k * kMoments;
         const float* b = receive + k * kMoments;
@@ -118,7 +119,8 @@ void MomentPass(Tag d, const float* HWY_RESTRICT value, const float* HWY_RESTRIC
         const auto kernel = hn::LoadU(d, value + static_cast<std::size_t>(k) * lanes + w);
         even = hn::Mul(even, kernel);
         odd = hn::Mul(odd, kernel);
-        const auto cm = hn::Set(d, c[k]), sm = hn::Set(d, s[k]);
+        const auto trig = static_cast<std::size_t>(k) * every;
+        const auto cm = hn::Set(d, c[trig]), sm = hn::Set(d, s[trig]);
         const auto e = hn::NegMulAdd(sm, odd, hn::Mul(cm, even));
         const auto o = hn::MulAdd(cm, odd, hn::Mul(sm, even));
         f0 = hn::MulAdd(e, hn::Set(d, b[0]), f0);
@@ -145,33 +147,35 @@ void MomentPass(Tag d, const float* HWY_RESTRICT value, const float* HWY_RESTRIC
 }
 
 void MomentPassAny(const float* value, const float* emit, const float* receive, int n_samples,
-                   std::size_t lanes, const float* cosine, const float* sine, int modes,
-                   const float* source, float* field) {
+                   std::size_t lanes, const float* cosine, const float* sine, std::size_t row,
+                   std::size_t every, int modes, const float* source, float* field) {
   if (lanes == 8) {
     MomentPass(hn::CappedTag<float, 8>(), value, emit, receive, n_samples, lanes, cosine, sine,
-               modes, source, field);
+               row, every, modes, source, field);
   } else {
-    MomentPass(D(), value, emit, receive, n_samples, lanes, cosine, sine, modes, source, field);
+    MomentPass(D(), value, emit, receive, n_samples, lanes, cosine, sine, row, every, modes,
+               source, field);
   }
 }
 
 template <class Tag>
 void CosineTransform(Tag d, const float* HWY_RESTRICT value, const float* HWY_RESTRICT weight,
-                     int n_samples, std::size_t lanes, const float* HWY_RESTRICT cosine, int modes,
-                     float* HWY_RESTRICT out) {
+                     int n_samples, std::size_t lanes, const float* HWY_RESTRICT cosine,
+                     std::size_t row, std::size_t every, int modes, float* HWY_RESTRICT out) {
   const std::size_t step = hn::Lanes(d);
   const auto n = static_cast<std::size_t>(n_samples);
   for (std::size_t w = 0; w < lanes; w += step) {
     int m = 0;
     for (; m + 4 <= modes; m += 4) {
       auto s0 = hn::Zero(d), s1 = s0, s2 = s0, s3 = s0;
-      const float* c = cosine + static_cast<std::size_t>(m) * n;
+      const float* c = cosine + static_cast<std::size_t>(m) * row;
       for (std::size_t k = 0; k < n; ++k) {
         const auto v = hn::Mul(hn::LoadU(d, value + k * lanes + w), hn::Set(d, weight[k]));
-        s0 = hn::MulAdd(v, hn::Set(d, c[k]), s0);
-        s1 = hn::MulAdd(v, hn::Set(d, c[n + k]), s1);
-        s2 = hn::MulAdd(v, hn::Set(d, c[2 * n + k]), s2);
-        s3 = hn::MulAdd(v, hn::Set(d, c[3 * n + k]), s3);
+        const std::size_t trig = k * every;
+        s0 = hn::MulAdd(v, hn::Set(d, c[trig]), s0);
+        s1 = hn::MulAdd(v, hn::Set(d, c[row + trig]), s1);
+        s2 = hn::MulAdd(v, hn::Set(d, c[2 * row + trig]), s2);
+        s3 = hn::MulAdd(v, hn::Set(d, c[3 * row + trig]), s3);
       }
       float* o = out + static_cast<std::size_t>(m) * lanes + w;
       hn::StoreU(s0, d, o);
@@ -181,10 +185,10 @@ void CosineTransform(Tag d, const float* HWY_RESTRICT value, const float* HWY_RE
     }
     for (; m < modes; ++m) {
       auto s0 = hn::Zero(d);
-      const float* c = cosine + static_cast<std::size_t>(m) * n;
+      const float* c = cosine + static_cast<std::size_t>(m) * row;
       for (std::size_t k = 0; k < n; ++k) {
         const auto v = hn::Mul(hn::LoadU(d, value + k * lanes + w), hn::Set(d, weight[k]));
-        s0 = hn::MulAdd(v, hn::Set(d, c[k]), s0);
+        s0 = hn::MulAdd(v, hn::Set(d, c[k * every]), s0);
       }
       hn::StoreU(s0, d, out + static_cast<std::size_t>(m) * lanes + w);
     }
@@ -192,11 +196,13 @@ void CosineTransform(Tag d, const float* HWY_RESTRICT value, const float* HWY_RE
 }
 
 void CosineTransformAny(const float* value, const float* weight, int n_samples, std::size_t lanes,
-                        const float* cosine, int modes, float* out) {
+                        const float* cosine, std::size_t row, std::size_t every, int modes,
+                        float* out) {
   if (lanes == 8) {
-    CosineTransform(hn::CappedTag<float, 8>(), value, weight, n_samples, lanes, cosine, modes, out);
+    CosineTransform(hn::CappedTag<float, 8>(), value, weight, n_samples, lanes, cosine, row, every,
+                    modes, out);
   } else {
-    CosineTransform(D(), value, weight, n_samples, lanes, cosine, modes, out);
+    CosineTransform(D(), value, weight, n_samples, lanes, cosine, row, every, modes, out);
   }
 }
 
@@ -214,7 +220,7 @@ void MultiplyAdd(const float* HWY_RESTRICT a, const float* HWY_RESTRICT b, float
 template <class Tag>
 void FirstEvent(Tag d, const float* HWY_RESTRICT value, const float* HWY_RESTRICT receive_j,
                 const double* dir_r, const double* dir_a, const double* dir_z, int n_samples,
-                std::size_t lanes, int S, const float* cos_az, const float* sin_az,
+                int every, std::size_t lanes, int S, const float* cos_az, const float* sin_az,
                 const float* HWY_RESTRICT power, const unsigned char* lit,
                 const float* HWY_RESTRICT g, float cos_e, float sin_e,
                 float* HWY_RESTRICT field) {
@@ -231,9 +237,9 @@ void FirstEvent(Tag d, const float* HWY_RESTRICT value, const float* HWY_RESTRIC
           hn::Mul(hn::LoadU(d, value + static_cast<std::size_t>(k) * lanes + w), one_minus),
           hn::Set(d, receive_j[k]));
       if (receive_j[k] == 0.0F || hn::AllTrue(d, hn::Eq(kernel, hn::Zero(d)))) continue;
-      const bool both = k != 0 && k != half;
+      const bool both = k != 0 && k != n_samples - 1;
       for (int side = 0; side < (both ? 2 : 1); ++side) {
-        const int shift = side == 0 ? k : -k;
+        const int shift = every * (side == 0 ? k : -k);
         const auto along = static_cast<float>(dir_r[k]) * cos_e;
         const auto across = static_cast<float>(side == 0 ? dir_a[k] : -dir_a[k]) * cos_e;
         const auto upward = static_cast<float>(dir_z[k]) * sin_e;
@@ -259,15 +265,15 @@ void FirstEvent(Tag d, const float* HWY_RESTRICT value, const float* HWY_RESTRIC
 }
 
 void FirstEventAny(const float* value, const float* receive_j, const double* dir_r,
-                   const double* dir_a, const double* dir_z, int n_samples, std::size_t lanes,
-                   int S, const float* cos_az, const float* sin_az, const float* power,
+                   const double* dir_a, const double* dir_z, int n_samples, int every,
+                   std::size_t lanes, int S, const float* cos_az, const float* sin_az, const float* power,
                    const unsigned char* lit, const float* g, float cos_e, float sin_e,
                    float* field) {
   if (lanes == 8) {
-    FirstEvent(hn::CappedTag<float, 8>(), value, receive_j, dir_r, dir_a, dir_z, n_samples, lanes,
-               S, cos_az, sin_az, power, lit, g, cos_e, sin_e, field);
+    FirstEvent(hn::CappedTag<float, 8>(), value, receive_j, dir_r, dir_a, dir_z, n_samples, every,
+               lanes, S, cos_az, sin_az, power, lit, g, cos_e, sin_e, field);
   } else {
-    FirstEvent(D(), value, receive_j, dir_r, dir_a, dir_z, n_samples, lanes, S, cos_az, sin_az,
+    FirstEvent(D(), value, receive_j, dir_r, dir_a, dir_z, n_samples, every, lanes, S, cos_az, sin_az,
                power, lit, g, cos_e, sin_e, field);
   }
 }
@@ -339,6 +345,11 @@ ExchangeMedium make_exchange_medium(const Medium& medium, std::size_t lanes,
   m.lanes = lanes;
   m.boundary_km = medium.boundary_km;
   const std::size_t n = medium.layers(), W = medium.wavelengths();
+  m.wavelengths = W;
+  m.largest.assign(n, 0.0);
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t w = 0; w < W; ++w) m.largest[i] = std::max(m.largest[i], extinction_per_km(i, w));
+  }
   m.extinction.assign(n * lanes, 0.0F);
   m.step.assign((n + 1) * lanes, 0.0F);
   for (std::size_t i = 0; i < n; ++i) {
@@ -370,11 +381,15 @@ void RingPairKernel::resize(int azimuth_divisions, std::size_t n_lanes, int laye
 }
 
 void ring_pair_kernel(const ExchangeMedium& medium, const RingPoint& source,
-                      const RingPoint& target, int azimuth_divisions, bool same_ring,
-                      bool moments, RingPairKernel& out) {
+                      const RingPoint& target, int azimuth_divisions,
+                      const AzimuthSampling& sampling, bool same_ring, bool moments,
+                      RingPairKernel& out) {
   const double R = medium.earth_radius_km;
-  const double step = 2 * kPi / azimuth_divisions;
-  const int n = out.samples;
+  const double step = 2 * kPi / azimuth_divisions * sampling.every;
+  const int n = azimuth_divisions / 2 / sampling.every + 1;
+  out.samples = n;
+  out.every = sampling.every;
+  out.modes = sampling.modes;
   const std::size_t stride = padded_samples(n);
   const std::size_t lanes = medium.lanes;
   const bool source_low = source.altitude_km <= target.altitude_km;
@@ -391,6 +406,8 @@ void ring_pair_kernel(const ExchangeMedium& medium, const RingPoint& source,
   bool any = false;
   double lowest = low.altitude_km;  // lowest perigee of an unblocked dipping path
   for (int k = 0; k < n; ++k) {
+    out.emit[static_cast<std::size_t>(k) * kMoments] = 0.0F;
+    out.receive[static_cast<std::size_t>(k) * kMoments] = 0.0F;
     if (k == 0 && same_ring) continue;
     const double half = std::sin(0.5 * step * k);
     const double sin_k = std::sin(step * k);
@@ -425,7 +442,7 @@ void ring_pair_kernel(const ExchangeMedium& medium, const RingPoint& source,
       lowest = std::min(lowest, low.altitude_km - sight.s_low * sight.s_low /
                                                       (r + std::sqrt(std::max(0.0, p2))));
     }
-    const double weight = (k == 0 || k == n - 1) ? 1.0 : 2.0;
+    const auto weight = static_cast<double>(out.weight(k));
     geometry[k] = static_cast<float>(geometry_factor(sight.distance2, source, target));
     float* a = &out.emit[i * kMoments];
     float* b = &out.receive[i * kMoments];
@@ -503,6 +520,44 @@ void ring_pair_kernel(const ExchangeMedium& medium, const RingPoint& source,
   }
   HWY_DYNAMIC_DISPATCH(Transmit)
   (t, stride, terms, coefficients, geometry, shift, n, lanes, out.value.data());
+  constexpr float kDark = 1e-13F;
+  bool passes = false;
+  for (int k = 0; k < n && !passes; ++k) {
+    const float* v = &out.value[static_cast<std::size_t>(k) * lanes];
+    for (std::size_t w = 0; w < medium.wavelengths; ++w) passes |= v[w] > kDark * geometry[k];
+  }
+  out.dark = !passes;
+}
+
+AzimuthSampling azimuth_sampling(const ExchangeMedium& medium, const RingPoint& source,
+                                 const RingPoint& target, int azimuth_divisions, int max_modes,
+                                 double tolerance) {
+  const int half = azimuth_divisions / 2;
+  AzimuthSampling all{1, std::min(max_modes, half + 1)};
+  if (tolerance <= 0) return all;
+  const double folds = -std::log(tolerance);
+  const double product = source.rho_km * target.rho_km;
+  const double dr = source.rho_km - target.rho_km, dz = source.z_km - target.z_km;
+  const double d2 = dr * dr + dz * dz;
+  if (d2 <= 0) return all;
+  // cosh(eta) - 1 = d0^2 / (2 rho_s rho_t)
+  const double x = d2 / (2 * std::max(product, 1e-12));
+  const double eta = std::log1p(x + std::sqrt(x * (x + 2)));
+  double modes = folds / eta;
+  const RingPoint& low = source.altitude_km <= target.altitude_km ? source : target;
+  const double beta = medium.largest[static_cast<std::size_t>(low.layer)];
+  const double d = std::sqrt(d2);
+  modes = std::max(modes, std::sqrt(2 * folds * std::min(beta, 8 / d) * product / d));
+  AzimuthSampling s;
+  s.modes = std::min(all.modes, 1 + static_cast<int>(std::min(1e6, std::ceil(modes))));
+  const double needed = std::max(8.0, s.modes + modes);
+  for (int every = half; every > 1; --every) {
+    if (half % every == 0 && azimuth_divisions / every >= needed) {
+      s.every = every;
+      break;
+    }
+  }
+  return s;
 }
 
 std::vector<double> ring_pair_kernel_scalar(const ExchangeMedium& medium, const RingPoint& source,
@@ -570,17 +625,18 @@ void moment_pass(const RingPairKernel& kernel, const AzimuthModes& modes, const 
                  float* field) {
   HWY_DYNAMIC_DISPATCH(MomentPassAny)
   (kernel.value.data(), kernel.emit.data(), kernel.receive.data(), kernel.samples, kernel.lanes,
-   modes.cosine.data(), modes.sine.data(), modes.modes, source, field);
+   modes.cosine.data(), modes.sine.data(), static_cast<std::size_t>(modes.samples),
+   static_cast<std::size_t>(kernel.every), std::min(modes.modes, kernel.modes), source, field);
 }
 
 void moment_pass_scalar(const RingPairKernel& kernel, const AzimuthModes& modes,
                         const float* source, float* field) {
   const std::size_t lanes = kernel.lanes;
-  for (int m = 0; m < modes.modes; ++m) {
+  for (int m = 0; m < std::min(modes.modes, kernel.modes); ++m) {
     for (int k = 0; k < kernel.samples; ++k) {
       const std::size_t row = static_cast<std::size_t>(k) * kMoments;
       const auto trig = static_cast<std::size_t>(m) * static_cast<std::size_t>(modes.samples) +
-                        static_cast<std::size_t>(k);
+                        static_cast<std::size_t>(k * kernel.every);
       for (std::size_t w = 0; w < lanes; ++w) {
         const std::size_t base = static_cast<std::size_t>(m) * kMoments * lanes + w;
         double even = 0, odd = 0;
@@ -608,8 +664,9 @@ void cosine_transform(const RingPairKernel& kernel, const AzimuthModes& modes,
     weight[k] = kernel.receive[row] * kernel.emit[row];
   }
   HWY_DYNAMIC_DISPATCH(CosineTransformAny)
-  (kernel.value.data(), weight, kernel.samples, kernel.lanes, modes.cosine.data(), modes.modes,
-   mode_kernel);
+  (kernel.value.data(), weight, kernel.samples, kernel.lanes, modes.cosine.data(),
+   static_cast<std::size_t>(modes.samples), static_cast<std::size_t>(kernel.every),
+   std::min(modes.modes, kernel.modes), mode_kernel);
 }
 
 void multiply_add(const float* a, const float* b, float scale, std::size_t n, float* field) {
@@ -623,8 +680,8 @@ void first_event_pass(const RingPairKernel& kernel, int azimuth_divisions, const
   float cos_az[512], sin_az[512];
   for (int k = 0; k < kernel.samples; ++k) {
     const auto row = static_cast<std::size_t>(k) * kMoments;
-    const float weight = (k == 0 || k == kernel.samples - 1) ? 1.0F : 2.0F;
-    receive_j[k] = kernel.receive[row] / weight;
+    const float both_sides = k == 0 || k == kernel.samples - 1 ? 1.0F : 2.0F;
+    receive_j[k] = kernel.receive[row] / both_sides;
   }
   for (int i = 0; i < azimuth_divisions; ++i) {
     const double phi = 2 * kPi * i / azimuth_divisions;
@@ -633,7 +690,7 @@ void first_event_pass(const RingPairKernel& kernel, int azimuth_divisions, const
   }
   HWY_DYNAMIC_DISPATCH(FirstEventAny)
   (kernel.value.data(), receive_j, kernel.dir_r.data(), kernel.dir_a.data(), kernel.dir_z.data(),
-   kernel.samples, kernel.lanes, azimuth_divisions, cos_az, sin_az, power, lit, asymmetry,
+   kernel.samples, kernel.every, kernel.lanes, azimuth_divisions, cos_az, sin_az, power, lit, asymmetry,
    static_cast<float>(std::cos(sun_elevation_rad)), static_cast<float>(std::sin(sun_elevation_rad)),
    field);
 }
@@ -648,11 +705,12 @@ void first_event_pass_scalar(const RingPairKernel& kernel, int azimuth_divisions
       int shift = j - i;
       if (shift > half) shift -= S;
       if (shift <= -half) shift += S;
-      const auto k = static_cast<std::size_t>(std::abs(shift));
+      if (shift % kernel.every != 0) continue;
+      const auto k = static_cast<std::size_t>(std::abs(shift) / kernel.every);
       const int mirror = i <= half ? i : S - i;
       if (!lit[mirror]) continue;
-      const double weight = (k == 0 || static_cast<int>(k) == half) ? 1.0 : 2.0;
-      const double received = kernel.receive[k * kMoments] / weight;
+      const double both_sides = std::abs(shift) == 0 || std::abs(shift) == half ? 1.0 : 2.0;
+      const double received = kernel.receive[k * kMoments] / both_sides;
       const double phi = 2 * kPi * i / S;
       const double wa = shift < 0 ? -kernel.dir_a[k] : kernel.dir_a[k];
       const double cosine =

@@ -12,7 +12,8 @@ namespace twilight {
 struct ExchangeMedium {
   double earth_radius_km = 0;
   int layers = 0;
-  std::size_t lanes = 0;
+  std::size_t lanes = 0, wavelengths = 0;
+  std::vector<double> largest;      ///< [layer]: extinction at the most opaque wavelength, km^-1
   std::vector<double> boundary_km;  ///< [layers + 1]
   std::vector<float> extinction;    ///< [layer][lane], km^-1
   std::vector<float> step;          ///< [boundary][lane]: extinction below minus above, km^-1
@@ -42,7 +43,9 @@ constexpr int kEvenMoments = 6;
 
 /// Azimuth samples 0..S/2 of a ring pair, with everything a pass needs.
 struct RingPairKernel {
-  int samples = 0;            ///< S/2 + 1
+  int samples = 0;            ///< (S/2)/every + 1
+  int every = 1;              ///< azimuth differences used: every so many divisions
+  int modes = 1;              ///< azimuthal modes that the pair couples noticeably
   std::size_t lanes = 0;
   std::vector<float> value;   ///< [sample][lane]: transmittance / (4 pi d^2), km^-2
   std::vector<float> emit;    ///< [sample][kMoments]: weights of the source's moments
@@ -50,17 +53,36 @@ struct RingPairKernel {
   std::vector<double> dir_r, dir_a, dir_z;  ///< direction source to target in the source's frame
   std::vector<double> scratch;
   std::vector<float> crossing;
-  bool dark = false;          ///< nothing passes between the rings
+  bool dark = false;          ///< nothing passes between the rings (less than e^-30 of the light)
+  float weight(int sample) const {  ///< of a sample in the sum around the ring
+    return static_cast<float>(every) * (sample == 0 || sample == samples - 1 ? 1.0F : 2.0F);
+  }
 
   void resize(int azimuth_divisions, std::size_t n_lanes, int layers);
 };
+
+/// How finely the exchange between two rings must be sampled in azimuth.
+struct AzimuthSampling {
+  int every = 1;
+  int modes = 1;
+};
+
+/// 1/d^2 between two rings has azimuthal modes that fall like exp(-eta m) with
+/// cosh(eta) = (rho_s^2 + rho_t^2 + dz^2)/(2 rho_s rho_t), and extinction narrows a pair's
+/// kernel to sqrt(d/(beta rho_s rho_t)). Modes below `tolerance` are dropped, and the azimuth
+/// differences are thinned to what the trapezoidal rule needs for the rest; thinned samples
+/// divide S/2. tolerance = 0 keeps everything.
+AzimuthSampling azimuth_sampling(const ExchangeMedium& medium, const RingPoint& source,
+                                 const RingPoint& target, int azimuth_divisions, int max_modes,
+                                 double tolerance);
 
 /// Fills the kernel from source ring to target ring: exact path lengths per
 /// shell shared by all wavelengths, K = exp(-tau)/(4 pi (d^2 + blur)).
 /// For equal rings sample 0 (the cell itself) is left out.
 void ring_pair_kernel(const ExchangeMedium& medium, const RingPoint& source,
-                      const RingPoint& target, int azimuth_divisions, bool same_ring,
-                      bool moments, RingPairKernel& out);
+                      const RingPoint& target, int azimuth_divisions,
+                      const AzimuthSampling& sampling, bool same_ring, bool moments,
+                      RingPairKernel& out);
 /// Plain double-precision twin of ring_pair_kernel's values: [sample][lane].
 std::vector<double> ring_pair_kernel_scalar(const ExchangeMedium& medium, const RingPoint& source,
                                             const RingPoint& target, int azimuth_divisions,

@@ -31,14 +31,16 @@ constexpr SceneKey kKeys[] = {
      "offset date-time, as 2003-12-08T17:00:00+01:00"},
 
     {"sun.elevation_deg", TWILIGHT_FIELD(sun.elevation_deg),
-     "geometric elevation of the Sun (no refraction), degrees, -90..90; instead of a place and time"},
+     "geometric elevation of the Sun (no refraction), degrees, -90..90; instead of a place and "
+     "time"},
     {"sun.azimuth_deg", TWILIGHT_FIELD(sun.azimuth_deg),
      "degrees clockwise from north, -360..360; only together with elevation_deg"},
     {"sun.spectrum", TWILIGHT_FIELD(sun.spectrum),
      "gueymard2004, kurucz1992, astm_g173, tsis1_hsrs, or unit (1 W m^-2 nm^-1 everywhere)"},
 
     {"earth.radius_km", TWILIGHT_FIELD(earth.radius_km),
-     "1000..70000; auto: the ellipsoid's curvature in the Sun's azimuth, 6371 without a place", "auto"},
+     "1000..70000; auto: the ellipsoid's curvature in the Sun's azimuth, 6371 without a place",
+     "auto"},
     {"earth.ground_albedo", TWILIGHT_FIELD(earth.ground_albedo),
      "Lambertian reflectance of the ground, 0..1"},
 
@@ -62,7 +64,8 @@ constexpr SceneKey kKeys[] = {
     {"atmosphere.refractive_index", TWILIGHT_FIELD(atmosphere.refractive_index),
      "ciddor, or haber2005 (the paper's formula as printed)"},
     {"atmosphere.depolarisation", TWILIGHT_FIELD(atmosphere.depolarisation),
-     "king (the King factor of air; 0 with optical_layers), or one ratio from 0 to below 6/7", "king"},
+     "king (the King factor of air; 0 with optical_layers), or one ratio from 0 to below 6/7",
+     "king"},
     {"atmosphere.optical_layers", TWILIGHT_FIELD(atmosphere.optical_layers),
      "CSV file that replaces profile and aerosols; a relative path starts at this file's folder"},
 
