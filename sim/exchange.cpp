@@ -11,6 +11,7 @@
 #include <numbers>
 
 #include "sim/first_event.h"
+#include "sim/kernel_store.h"
 #include "sim/spectral_lanes.h"
 
 namespace twilight {
@@ -291,36 +292,44 @@ ExchangeResult solve_exchange(const Medium& medium, const CellGrid& grid,
                  ring.slope_z, &ro.half_depth[i * L]};
   }
 
-  const auto sampling = [&](std::size_t s, std::size_t t) {
-    return azimuth_sampling(transport, points[s], points[t], S, M, options.azimuth_tolerance);
-  };
-
   struct Workspace {
     RingPairKernel kernel;
-    std::vector<float> mode_kernel;
+    std::vector<float> scaled;
   };
   tbb::enumerable_thread_specific<Workspace> workspaces([&] {
     Workspace w;
     w.kernel.resize(S, L, static_cast<int>(medium.layers()));
-    w.mode_kernel.assign(idx(M) * L, 0.0F);
+    w.scaled.assign((idx(nodes) + 16) * L, 0.0F);
     return w;
   });
   std::atomic<std::uint64_t> evaluations{0};
   std::atomic<std::size_t> done{0};
+  const int passes = std::max(0, options.scattering_orders - 1);
+  const bool need_rows = means && passes > 0;
+
+  // Kernels are symmetric in the pair: evaluated once, kept for both directions and all passes.
+  KernelStore store(transport, points, n_air, modes, options.azimuth_tolerance);
+  if (passes > 0) {
+    const std::uint64_t count = store.evaluate(
+        [&] { return &workspaces.local().kernel; },
+        [&](double fraction) {
+          control.check();
+          control.report("exchange: kernels", fraction);
+        });
+    evaluations += count * W;
+  }
 
   // Rows of the exchange: what a cell emits must arrive, reach the ground or leave. The
   // part that point-to-point kernels miss is what the cell's neighbourhood takes itself.
   std::atomic<std::size_t> clipped{0};
-  if (means) {
+  if (need_rows) {
     tbb::parallel_for(std::size_t{0}, n_air, [&](std::size_t s) {
       control.check();
       emission_fractions(transport, grid, rings[s], W, &ro.escape[s * W], &ro.ground[s * W]);
       auto& ws = workspaces.local();
       std::vector<double> air(L, 0.0), earth(L, 0.0);
       for (std::size_t t = 0; t < rings.size(); ++t) {
-        ring_pair_kernel(transport, points[s], points[t], S, sampling(s, t), s == t, false,
-                         ws.kernel);
-        if (ws.kernel.dark) continue;
+        if (!store.fetch(s, t, false, ws.kernel)) continue;
         auto& sum = t < n_air ? air : earth;
         for (int k = 0; k < ws.kernel.samples; ++k) {
           const auto row = idx(k) * kMoments;
@@ -434,21 +443,23 @@ ExchangeResult solve_exchange(const Medium& medium, const CellGrid& grid,
   }
 
   const bool scalar = nm == 1;
-  // The scalar exchange keeps each pair's cosine modes: one evaluation serves all passes.
-  const auto pair_index = [&](std::size_t a, std::size_t b) {
-    return a >= b ? a * (a + 1) / 2 + b : b * (b + 1) / 2 + a;
-  };
+  // The scalar exchange is a product of cosine modes: the kernels' modes serve all passes.
   std::vector<float> pair_modes;
-  std::vector<unsigned char> pair_lit;
   const std::size_t mode_block = idx(M) * L;
-  if (scalar && options.scattering_orders > 1) {
-    pair_modes.resize(n_all * (n_all + 1) / 2 * mode_block);
-    pair_lit.assign(n_all * (n_all + 1) / 2, 0);
+  if (scalar && passes > 0) {
+    pair_modes.resize(store.pairs() * mode_block);
+    tbb::parallel_for(std::size_t{0}, n_all, [&](std::size_t t) {
+      control.check();
+      auto& ws = workspaces.local();
+      for (std::size_t s = 0; s <= t; ++s) {
+        if (!store.fetch(s, t, false, ws.kernel)) continue;
+        cosine_transform(ws.kernel, modes, &pair_modes[store.pair(s, t) * mode_block]);
+      }
+    });
   }
   report.first_event_seconds = seconds_since(first_start);
 
   const auto passes_start = Clock::now();
-  const int passes = std::max(0, options.scattering_orders - 1);
   for (int pass = 0; pass < passes; ++pass) {
     std::fill(field.begin(), field.end(), 0.0F);
     done = 0;
@@ -456,60 +467,54 @@ ExchangeResult solve_exchange(const Medium& medium, const CellGrid& grid,
       for (std::size_t t = range.begin(); t != range.end(); ++t) {
         control.check();
         auto& ws = workspaces.local();
-        std::uint64_t count = 0;
-        std::vector<float> from_ground(ground ? block : 0, 0.0F);
-        std::vector<float> aerosol_field(
-            pass == 0 && aerosol_first ? idx(nodes) * L : 0, 0.0F);
         float* out = &field[t * block];
-        const bool target_ground = t >= n_air;
-        for (std::size_t s = 0; s < n_all; ++s) {
-          if (s >= n_air && target_ground) continue;  // the ground is convex
-          const bool need_kernel = !scalar || pass == 0;
-          if (need_kernel) {
-            // Scalar pairs are evaluated once, by the ring of higher index; its partner's
-            // first aerosol event needs the kernel itself.
-            const bool mine = !scalar || s <= t;
+        if (pass == 0 && aerosol_first) {
+          // Emission that depends on both azimuths: direct summation, once.
+          std::vector<float> aerosol_field(idx(nodes) * L, 0.0F);
+          for (std::size_t s = 0; s < n_air; ++s) {
             bool any_lit = false;
-            if (pass == 0 && aerosol_first && s < n_air) {
-              for (int j = 0; j < nodes; ++j) any_lit |= lit[s * idx(nodes) + idx(j)] != 0;
-            }
-            if (!mine && !any_lit) continue;
-            ring_pair_kernel(transport, points[s], points[t], S, sampling(s, t), s == t, !scalar,
-                             ws.kernel);
-            if (ws.kernel.dark) continue;
-            count += idx(ws.kernel.samples);
-            if (any_lit) {
-              first_event_pass(ws.kernel, S, &aerosol_power[s * idx(nodes) * L],
-                               &lit[s * idx(nodes)], &ring_asymmetry[s * L], sun.elevation_rad,
-                               aerosol_field.data());
-            }
-            if (scalar && mine) {
-              const std::size_t p = pair_index(s, t);
-              pair_lit[p] = 1;
-              cosine_transform(ws.kernel, modes, &pair_modes[p * mode_block]);
-            }
+            for (int j = 0; j < nodes; ++j) any_lit |= lit[s * idx(nodes) + idx(j)] != 0;
+            if (!any_lit || !store.fetch(s, t, false, ws.kernel)) continue;
+            first_event_pass(ws.kernel, S, &aerosol_power[s * idx(nodes) * L],
+                             &lit[s * idx(nodes)], &ring_asymmetry[s * L], sun.elevation_rad,
+                             aerosol_field.data());
           }
-          if (!scalar) {
-            const bool ground_pair = s >= n_air || target_ground;
-            if (ground_pair) {
-              // The same correction both ways keeps the pair reciprocal.
-              const float* scale = &ro.ground_scale[(target_ground ? s : t) * L];
-              float* v = ws.kernel.value.data();
-              for (int k = 0; k < ws.kernel.samples; ++k) {
-                for (std::size_t w = 0; w < L; ++w) v[idx(k) * L + w] *= scale[w];
-              }
-            }
-            moment_pass(ws.kernel, modes, &source[s * block], out);
-          }
-        }
-        evaluations.fetch_add(count * W, std::memory_order_relaxed);
-        if (!aerosol_field.empty()) {
           std::vector<float> nodes_all(idx(nodes) * idx(nm) * L, 0.0F), mode(block);
           for (int j = 0; j < nodes; ++j) {
             std::copy_n(&aerosol_field[idx(j) * L], L, &nodes_all[idx(j) * idx(nm) * L]);
           }
           to_modes(nodes_all.data(), mode.data());
           for (std::size_t k = 0; k < block; ++k) out[k] += mode[k];
+        }
+        const bool target_ground = t >= n_air;
+        for (std::size_t s = 0; s < n_all; ++s) {
+          const bool source_ground = s >= n_air;
+          if (source_ground && target_ground) continue;  // the ground is convex
+          // The same correction both ways keeps a pair with the ground reciprocal.
+          const float* scale = source_ground   ? &ro.ground_scale[t * L]
+                               : target_ground ? &ro.ground_scale[s * L]
+                                               : nullptr;
+          if (scalar) {
+            if (!store.lit(s, t)) continue;
+            // Stored from air to ground; the ground's Lambertian emission is four cosines.
+            const float factor = source_ground ? 4.0F : 1.0F;
+            const float* k = &pair_modes[store.pair(s, t) * mode_block];
+            const std::size_t used = idx(store.modes(s, t)) * L;
+            if (scale != nullptr) {
+              for (std::size_t i = 0; i < used; ++i) ws.scaled[i] = k[i] * scale[i % L];
+              k = ws.scaled.data();
+            }
+            multiply_add(k, &source[s * block], factor, used, out);
+            continue;
+          }
+          if (!store.fetch(s, t, true, ws.kernel)) continue;
+          if (scale != nullptr) {
+            for (std::size_t i = 0; i < idx(ws.kernel.samples) * L; ++i) {
+              ws.scaled[i] = ws.kernel.value[i] * scale[i % L];
+            }
+            ws.kernel.value = ws.scaled.data();
+          }
+          moment_pass(ws.kernel, modes, &source[s * block], out);
         }
         const std::size_t finished = ++done;
         if (finished % 64 == 0) {
@@ -519,33 +524,7 @@ ExchangeResult solve_exchange(const Medium& medium, const CellGrid& grid,
         }
       }
     });
-    if (scalar) {
-      tbb::parallel_for(std::size_t{0}, n_all, [&](std::size_t t) {
-        float* out = &field[t * block];
-        for (std::size_t s = 0; s < n_all; ++s) {
-          if (s >= n_air && t >= n_air) continue;
-          const std::size_t p = pair_index(s, t);
-          if (!pair_lit[p]) continue;
-          if (s >= n_air || t >= n_air) {
-            // Kernels are stored as evaluated from the lower index (air) to the ground: the
-            // Lambertian emission of the ground is four times its cosine.
-            const float factor = s >= n_air ? 4.0F : 1.0F;
-            const float* scale = &ro.ground_scale[(t >= n_air ? s : t) * L];
-            std::vector<float> scaled(mode_block);
-            for (int m = 0; m < M; ++m) {
-              for (std::size_t w = 0; w < L; ++w) {
-                scaled[idx(m) * L + w] = pair_modes[p * mode_block + idx(m) * L + w] * scale[w];
-              }
-            }
-            multiply_add(scaled.data(), &source[s * block], factor, mode_block, out);
-          } else {
-            multiply_add(&pair_modes[p * mode_block], &source[s * block], 1.0F, mode_block, out);
-          }
-        }
-      });
-    }
     // Own light, own attenuation, and the next event's sources.
-    std::vector<double> absorbed_by_ground(W, 0.0);
     for (std::size_t i = 0; i < n_air; ++i) {
       for (std::size_t w = 0; w < W; ++w) {
         report.escaped[w] += static_cast<double>(S) * static_cast<double>(source[i * block + w]) *

@@ -369,24 +369,23 @@ void RingPairKernel::resize(int azimuth_divisions, std::size_t n_lanes, int laye
   samples = azimuth_divisions / 2 + 1;
   lanes = n_lanes;
   const std::size_t padded = padded_samples(samples);
-  value.assign(padded * lanes, 0.0F);
+  own_value.assign(padded * lanes, 0.0F);
+  value = own_value.data();
   emit.assign(padded * kMoments, 0.0F);
   receive.assign(padded * kMoments, 0.0F);
   dir_r.assign(padded, 0.0);
   dir_a.assign(padded, 0.0);
   dir_z.assign(padded, 0.0);
-  scratch.assign(padded, 0.0);
   // Up to one crossing per boundary on the way up and one on the dip, plus both ends.
   crossing.assign(padded * static_cast<std::size_t>(2 * layers + 8), 0.0F);
 }
 
 void ring_pair_kernel(const ExchangeMedium& medium, const RingPoint& source,
-                      const RingPoint& target, int azimuth_divisions,
+                      const RingPoint& target, const AzimuthModes& azimuth,
                       const AzimuthSampling& sampling, bool same_ring, bool moments,
-                      RingPairKernel& out) {
+                      RingPairKernel& out, const float* known_value) {
   const double R = medium.earth_radius_km;
-  const double step = 2 * kPi / azimuth_divisions * sampling.every;
-  const int n = azimuth_divisions / 2 / sampling.every + 1;
+  const int n = azimuth.divisions / 2 / sampling.every + 1;
   out.samples = n;
   out.every = sampling.every;
   out.modes = sampling.modes;
@@ -409,8 +408,9 @@ void ring_pair_kernel(const ExchangeMedium& medium, const RingPoint& source,
     out.emit[static_cast<std::size_t>(k) * kMoments] = 0.0F;
     out.receive[static_cast<std::size_t>(k) * kMoments] = 0.0F;
     if (k == 0 && same_ring) continue;
-    const double half = std::sin(0.5 * step * k);
-    const double sin_k = std::sin(step * k);
+    const auto division = static_cast<std::size_t>(k * sampling.every);
+    const double half = azimuth.sin_half_step[division];
+    const double sin_k = azimuth.sin_step[division];
     const Sight sight = line_of_sight(R, low, high, half);
     if (sight.blocked || sight.distance2 <= 0) continue;
     const double d = std::sqrt(sight.distance2);
@@ -475,8 +475,11 @@ void ring_pair_kernel(const ExchangeMedium& medium, const RingPoint& source,
     }
   }
   out.dark = !any;
+  out.value = known_value;
+  if (known_value != nullptr) return;
+  out.value = out.own_value.data();
   if (!any) {
-    std::fill(out.value.begin(), out.value.end(), 0.0F);
+    std::fill(out.own_value.begin(), out.own_value.end(), 0.0F);
     return;
   }
 
@@ -519,7 +522,7 @@ void ring_pair_kernel(const ExchangeMedium& medium, const RingPoint& source,
                (target.half_depth != nullptr ? target.half_depth[w] : 0.0F);
   }
   HWY_DYNAMIC_DISPATCH(Transmit)
-  (t, stride, terms, coefficients, geometry, shift, n, lanes, out.value.data());
+  (t, stride, terms, coefficients, geometry, shift, n, lanes, out.own_value.data());
   constexpr float kDark = 1e-13F;
   bool passes = false;
   for (int k = 0; k < n && !passes; ++k) {
@@ -609,6 +612,11 @@ AzimuthModes::AzimuthModes(int azimuth_divisions, int n_modes)
   const auto size = static_cast<std::size_t>(modes) * static_cast<std::size_t>(samples);
   cosine.resize(size);
   sine.resize(size);
+  for (int k = 0; k < samples; ++k) {
+    const double angle = 2 * kPi * k / divisions;
+    sin_step.push_back(2 * k == divisions ? 0.0 : std::sin(angle));
+    sin_half_step.push_back(std::sin(angle / 2));
+  }
   for (int m = 0; m < modes; ++m) {
     for (int k = 0; k < samples; ++k) {
       // Reduced modulo the circle first: exact symmetry whatever m k is.
@@ -624,7 +632,7 @@ AzimuthModes::AzimuthModes(int azimuth_divisions, int n_modes)
 void moment_pass(const RingPairKernel& kernel, const AzimuthModes& modes, const float* source,
                  float* field) {
   HWY_DYNAMIC_DISPATCH(MomentPassAny)
-  (kernel.value.data(), kernel.emit.data(), kernel.receive.data(), kernel.samples, kernel.lanes,
+  (kernel.value, kernel.emit.data(), kernel.receive.data(), kernel.samples, kernel.lanes,
    modes.cosine.data(), modes.sine.data(), static_cast<std::size_t>(modes.samples),
    static_cast<std::size_t>(kernel.every), std::min(modes.modes, kernel.modes), source, field);
 }
@@ -664,7 +672,7 @@ void cosine_transform(const RingPairKernel& kernel, const AzimuthModes& modes,
     weight[k] = kernel.receive[row] * kernel.emit[row];
   }
   HWY_DYNAMIC_DISPATCH(CosineTransformAny)
-  (kernel.value.data(), weight, kernel.samples, kernel.lanes, modes.cosine.data(),
+  (kernel.value, weight, kernel.samples, kernel.lanes, modes.cosine.data(),
    static_cast<std::size_t>(modes.samples), static_cast<std::size_t>(kernel.every),
    std::min(modes.modes, kernel.modes), mode_kernel);
 }
@@ -689,7 +697,7 @@ void first_event_pass(const RingPairKernel& kernel, int azimuth_divisions, const
     sin_az[i] = static_cast<float>(std::sin(phi));
   }
   HWY_DYNAMIC_DISPATCH(FirstEventAny)
-  (kernel.value.data(), receive_j, kernel.dir_r.data(), kernel.dir_a.data(), kernel.dir_z.data(),
+  (kernel.value, receive_j, kernel.dir_r.data(), kernel.dir_a.data(), kernel.dir_z.data(),
    kernel.samples, kernel.every, kernel.lanes, azimuth_divisions, cos_az, sin_az, power, lit, asymmetry,
    static_cast<float>(std::cos(sun_elevation_rad)), static_cast<float>(std::sin(sun_elevation_rad)),
    field);

@@ -41,17 +41,25 @@ struct RingPoint {
 enum Moment : int { kJ, kFr, kFz, kSrr, kSzz, kSrz, kFa, kSra, kSaz, kMoments };
 constexpr int kEvenMoments = 6;
 
+/// Cosines and sines of m k d for the azimuthal modes m of a ring.
+struct AzimuthModes {
+  int divisions = 0, samples = 0, modes = 0;
+  std::vector<float> cosine, sine;  ///< [mode][sample]
+  std::vector<double> sin_step, sin_half_step;  ///< [sample]: sin(k d), sin(k d / 2)
+  AzimuthModes(int azimuth_divisions, int modes);
+};
+
 /// Azimuth samples 0..S/2 of a ring pair, with everything a pass needs.
 struct RingPairKernel {
   int samples = 0;            ///< (S/2)/every + 1
   int every = 1;              ///< azimuth differences used: every so many divisions
   int modes = 1;              ///< azimuthal modes that the pair couples noticeably
   std::size_t lanes = 0;
-  std::vector<float> value;   ///< [sample][lane]: transmittance / (4 pi d^2), km^-2
+  const float* value = nullptr;  ///< [sample][lane]: transmittance / (4 pi d^2), km^-2
+  std::vector<float> own_value;  ///< where value points unless it was given
   std::vector<float> emit;    ///< [sample][kMoments]: weights of the source's moments
   std::vector<float> receive; ///< [sample][kMoments]: what the target's moments gain
   std::vector<double> dir_r, dir_a, dir_z;  ///< direction source to target in the source's frame
-  std::vector<double> scratch;
   std::vector<float> crossing;
   bool dark = false;          ///< nothing passes between the rings (less than e^-30 of the light)
   float weight(int sample) const {  ///< of a sample in the sum around the ring
@@ -78,22 +86,16 @@ AzimuthSampling azimuth_sampling(const ExchangeMedium& medium, const RingPoint& 
 
 /// Fills the kernel from source ring to target ring: exact path lengths per
 /// shell shared by all wavelengths, K = exp(-tau)/(4 pi (d^2 + blur)).
-/// For equal rings sample 0 (the cell itself) is left out.
+/// For equal rings sample 0 (the cell itself) is left out. K is symmetric: `known_value`,
+/// [sample][lane] of the same pair in either order, saves its evaluation.
 void ring_pair_kernel(const ExchangeMedium& medium, const RingPoint& source,
-                      const RingPoint& target, int azimuth_divisions,
+                      const RingPoint& target, const AzimuthModes& azimuth,
                       const AzimuthSampling& sampling, bool same_ring, bool moments,
-                      RingPairKernel& out);
+                      RingPairKernel& out, const float* known_value = nullptr);
 /// Plain double-precision twin of ring_pair_kernel's values: [sample][lane].
 std::vector<double> ring_pair_kernel_scalar(const ExchangeMedium& medium, const RingPoint& source,
                                             const RingPoint& target, int azimuth_divisions,
                                             bool same_ring);
-
-/// Cosines and sines of m k d for the azimuthal modes m of a ring.
-struct AzimuthModes {
-  int divisions = 0, samples = 0, modes = 0;
-  std::vector<float> cosine, sine;  ///< [mode][sample]
-  AzimuthModes(int azimuth_divisions, int modes);
-};
 
 /// Circular convolution in azimuth of all moments of a source ring with the
 /// pair's kernel, in cosine (even) and sine (odd) modes:
