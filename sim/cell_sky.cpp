@@ -44,7 +44,7 @@ CellSky::CellSky(const SceneModel& model, const RunControl& control) : model_(mo
   options_.rayleigh = solver.air_phase == "rayleigh";
   options_.similarity = solver.aerosol_phase == "similarity";
   options_.rescale = solver.active_shell_weighting == "rescale";
-  options_.ground_albedo = scene.earth.ground_albedo;
+  options_.ground_albedo = solver.ground_light ? scene.earth.ground_albedo : 0.0;
   optics_ = make_exchange_optics(model_.medium, options_);
   beam_ = beam_medium(model_.medium, optics_);
 

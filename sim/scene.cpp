@@ -184,6 +184,7 @@ void check_solver(const SolverOptions& solver, Checker& check) {
                {"quadrature", "rescale"});
   check.range("solver.inner_radius_m", solver.inner_radius_m, 1.0, 10000.0);
   check.one_of("solver.air_phase", solver.air_phase, {"rayleigh", "isotropic"});
+  check.one_of("solver.aerosol_phase", solver.aerosol_phase, {"truncated", "similarity"});
   check.one_of("solver.cell_optics", solver.cell_optics, {"mean", "centre"});
   check.range("solver.cell_height_km", solver.cell_height_km, 0.0, 200.0);
   check.one_of("solver.gather", solver.gather, {"exact-single", "cells"});

@@ -83,6 +83,7 @@ struct SolverOptions {
   /// "truncated" (delta-M, degree 2, every event) or "similarity" (the paper: Henyey-Greenstein
   /// for the first event, then isotropic with everything scaled by 1 - g, Eq. 2)
   std::string aerosol_phase = "truncated";
+  bool ground_light = true;  ///< the ground's reflection lights the air; false: dropped (the paper)
   std::string cell_optics = "mean";    ///< "mean" over the cell, or "centre" (the paper)
   /// No exchange cell taller than this: rings of far shells are divided in
   /// elevation. 0 = never (the paper).
