@@ -192,9 +192,9 @@ CellGrid::CellGrid(const Medium& medium, const CellGridOptions& options) : optio
     const double vertical = ring.volume_km3 / (radial * azimuthal);
     ring.half_chord_km = radial * azimuthal * vertical /
                          (radial * azimuthal + azimuthal * vertical + radial * vertical);
-    const double largest = std::max({radial, azimuthal, vertical});
-    const double area = ring.volume_km3 / std::min({radial, azimuthal, vertical});
-    ring.blur_km2 = std::min(area, largest * largest);
+    ring.radial_km = radial;
+    ring.azimuthal_km = azimuthal;
+    ring.third_km = vertical;
   }
   {
     std::vector<CellRing> kept;
@@ -241,7 +241,8 @@ CellGrid::CellGrid(const Medium& medium, const CellGridOptions& options) : optio
     ring.altitude_km = 0;
     ring.layer = 0;
     ring.volume_km3 = d * R * R * 2 * std::sin(mean) * std::sin(0.5 * (angle - previous_angle));
-    ring.blur_km2 = ring.volume_km3;
+    ring.radial_km = R * (angle - previous_angle);
+    ring.azimuthal_km = d * ring.rho_km;
     ring.slope_r = std::sin(mean);
     ring.slope_z = std::cos(mean);
     rings_.push_back(ring);

@@ -45,7 +45,7 @@ struct CellRing {
   double altitude_km = 0; ///< above the ground sphere
   int layer = 0;          ///< of the reference point
   double volume_km3 = 0;  ///< of one cell; ground: area in km^2
-  double blur_km2 = 0;    ///< squared near-field length of the cell, see exchange.h
+  double radial_km = 0, azimuthal_km = 0, third_km = 0;  ///< extents of one cell
   double half_chord_km = 0;  ///< half the mean chord 4V/S of the cell
   double slope_r = 0, slope_z = 1;  ///< ground: outward normal in the (rho, z) plane
   /// Share of the cell's volume in each layer it touches, as (layer, km^3).

@@ -20,7 +20,7 @@ class DirectSunlight {
  public:
   /// altitude_nodes x angle_nodes rays per wavelength; runs on the current
   /// oneTBB arena. Throws std::invalid_argument for fewer than 2 nodes.
-  explicit DirectSunlight(const Medium& medium, int altitude_nodes = 128, int angle_nodes = 160);
+  explicit DirectSunlight(const Medium& medium, int altitude_nodes = 256, int angle_nodes = 320);
 
   /// Wavelengths padded to whole SIMD lanes; the size of every spectrum below.
   std::size_t lanes() const { return lanes_; }

@@ -284,12 +284,26 @@ ExchangeResult solve_exchange(const Medium& medium, const CellGrid& grid,
   std::vector<RingPoint> points(rings.size());
   for (std::size_t i = 0; i < rings.size(); ++i) {
     const CellRing& ring = rings[i];
-    // The paper's solid angle of a disc of area V^(2/3) saturates like 1/(d^2 + 3a^2/4);
-    // a flat cell seen across its face does so over its width.
-    const double blur = means ? 0.041 * ring.blur_km2 : 0.12 * std::pow(ring.volume_km3, 2.0 / 3);
-    points[i] = {ring.rho_km, ring.z_km,      ring.altitude_km, ring.layer,
-                 ring.ground ? 0.0 : blur,    ring.ground,      ring.slope_r,
-                 ring.slope_z, &ro.half_depth[i * L]};
+    RingPoint& p = points[i];
+    p.rho_km = ring.rho_km;
+    p.z_km = ring.z_km;
+    p.altitude_km = ring.altitude_km;
+    p.layer = ring.layer;
+    p.ground = ring.ground;
+    p.normal_r = ring.slope_r;
+    p.normal_z = ring.slope_z;
+    p.half_depth = &ro.half_depth[i * L];
+    if (means) {
+      p.axis_r = ring.ground ? ring.slope_z : std::cos(ring.elevation_rad);
+      p.axis_z = ring.ground ? -ring.slope_r : std::sin(ring.elevation_rad);
+      p.variance_radial_km2 = ring.radial_km * ring.radial_km / 12;
+      p.variance_azimuthal_km2 = ring.azimuthal_km * ring.azimuthal_km / 12;
+      p.variance_third_km2 = ring.third_km * ring.third_km / 12;
+    } else if (!ring.ground) {
+      // The paper's solid angle of a disc of area V^(2/3), (1 - cos atan(a/d))/2, saturates
+      // like a^2/(4 d^2 + 3 a^2); half of it from either cell.
+      p.blur_km2 = 0.12 * std::pow(ring.volume_km3, 2.0 / 3);
+    }
   }
 
   struct Workspace {

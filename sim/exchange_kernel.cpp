@@ -331,11 +331,48 @@ Sight line_of_sight(double earth_radius, const RingPoint& low, const RingPoint& 
   return s;
 }
 
-double geometry_factor(double d2, const RingPoint& a, const RingPoint& b) {
-  return 1.0 / (4 * kPi * (d2 + a.blur_km2 + b.blur_km2));
+// Variance of a cell's positions along the unit vector (r, a, z) of its own frame.
+double variance_along(const RingPoint& cell, double r, double a, double z) {
+  const double first = r * cell.axis_r + z * cell.axis_z;
+  const double third = z * cell.axis_r - r * cell.axis_z;
+  return cell.variance_radial_km2 * first * first + cell.variance_azimuthal_km2 * a * a +
+         cell.variance_third_km2 * third * third;
+}
+
+double variance_sum(const RingPoint& cell) {
+  return cell.variance_radial_km2 + cell.variance_azimuthal_km2 + cell.variance_third_km2;
+}
+
+// Directions of the line of sight from source to target at azimuth sample k, in both frames.
+struct SightDirection {
+  double source_r, source_a, z, target_r, target_a;
+};
+
+SightDirection sight_direction(const RingPoint& source, const RingPoint& target, double distance,
+                               double sin_k, double sin_half) {
+  // 1 - cos = 2 sin^2(k/2) keeps near neighbours exact.
+  const double dr = target.rho_km - source.rho_km;
+  const double bend = 2 * sin_half * sin_half;
+  return {(dr - target.rho_km * bend) / distance, target.rho_km * sin_k / distance,
+          (target.z_km - source.z_km) / distance, (dr + source.rho_km * bend) / distance,
+          source.rho_km * sin_k / distance};
+}
+
+double geometry_factor(double d2, const RingPoint& source, const RingPoint& target,
+                       const SightDirection& dir) {
+  const double along = variance_along(source, dir.source_r, dir.source_a, dir.z) +
+                       variance_along(target, dir.target_r, dir.target_a, dir.z);
+  const double all = variance_sum(source) + variance_sum(target);
+  const double factor = near_field_factor(std::max(0.0, all - along) / d2, along / d2);
+  return 1.0 / (4 * kPi * (d2 * factor + source.blur_km2 + target.blur_km2));
 }
 
 }  // namespace
+
+double near_field_factor(double across_over_d2, double along_over_d2) {
+  return 1 + across_over_d2 / (1 + 0.5 * std::sqrt(across_over_d2)) -
+         std::min(3 * along_over_d2, 0.6);
+}
 
 ExchangeMedium make_exchange_medium(const Medium& medium, std::size_t lanes,
                                     const LayerTable& extinction_per_km) {
@@ -415,12 +452,9 @@ void ring_pair_kernel(const ExchangeMedium& medium, const RingPoint& source,
     if (sight.blocked || sight.distance2 <= 0) continue;
     const double d = std::sqrt(sight.distance2);
     const auto i = static_cast<std::size_t>(k);
-    // In the source's frame; 1 - cos = 2 sin^2(k/2) keeps near neighbours exact.
-    const double wr = (target.rho_km - source.rho_km - 2 * target.rho_km * half * half) / d;
-    const double wa = target.rho_km * sin_k / d;
-    const double wz = (target.z_km - source.z_km) / d;
-    const double tr = (target.rho_km - source.rho_km + 2 * source.rho_km * half * half) / d;
-    const double ta = source.rho_km * sin_k / d;
+    const SightDirection dir = sight_direction(source, target, d, sin_k, half);
+    const double wr = dir.source_r, wa = dir.source_a, wz = dir.z;
+    const double tr = dir.target_r, ta = dir.target_a;
     out.dir_r[i] = wr;
     out.dir_a[i] = wa;
     out.dir_z[i] = wz;
@@ -443,7 +477,7 @@ void ring_pair_kernel(const ExchangeMedium& medium, const RingPoint& source,
                                                       (r + std::sqrt(std::max(0.0, p2))));
     }
     const auto weight = static_cast<double>(out.weight(k));
-    geometry[k] = static_cast<float>(geometry_factor(sight.distance2, source, target));
+    geometry[k] = static_cast<float>(geometry_factor(sight.distance2, source, target, dir));
     float* a = &out.emit[i * kMoments];
     float* b = &out.receive[i * kMoments];
     a[kJ] = static_cast<float>(leaving);
@@ -597,8 +631,11 @@ std::vector<double> ring_pair_kernel_scalar(const ExchangeMedium& medium, const 
       }
       if (source.half_depth != nullptr) depth -= source.half_depth[w];
       if (target.half_depth != nullptr) depth -= target.half_depth[w];
+      const SightDirection dir =
+          sight_direction(source, target, std::sqrt(sight.distance2), std::sin(step * k),
+                          std::sin(0.5 * step * k));
       value[static_cast<std::size_t>(k) * medium.lanes + w] =
-          geometry_factor(sight.distance2, source, target) *
+          geometry_factor(sight.distance2, source, target, dir) *
           std::exp(-std::clamp(depth, 0.0, 80.0));
     }
   }

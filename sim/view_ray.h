@@ -46,7 +46,7 @@ struct GatherInputs {
   double observer_height_km = 0;
   double ground_albedo = 0;
   bool refraction = true;
-  double max_step_km = 10.0;
+  double max_step_km = 4.0;
 };
 
 /// Exact single scattering marched along the view ray plus multiple scattering
