@@ -20,22 +20,26 @@ ViewPath trace_view(const Medium& medium, std::size_t wavelength, bool refractio
   const auto& b = medium.boundary_km;
   const int top = static_cast<int>(medium.layers());
   ViewPath path;
-  double h = observer_height_km;
-  double psi = 0;                           // central angle from the observer
-  double theta = kPi / 2 - elevation_rad;   // local zenith angle of the direction of travel
-  int layer = layer_at(medium, h);
+  path.steps.reserve(idx(top) + 64);
   const auto index = [&](int i) {
     return refraction ? 1 + medium.refractivity(idx(i), wavelength) : 1.0;
   };
+  // Position (x away from the observer's axis, y up from the Earth's centre) and direction of
+  // travel in the view's vertical plane.
+  const double y_observer = R + observer_height_km;
+  double x = 0, y = y_observer;
+  double ux = std::cos(elevation_rad), uy = std::sin(elevation_rad);
+  double h = observer_height_km;
+  int layer = layer_at(medium, h);
   // A downward ray at a boundary belongs to the layer below it.
-  if (theta > kPi / 2 && layer > 0 && h <= b[idx(layer)]) --layer;
-  const double h_observer = h;
+  if (uy < 0 && layer > 0 && h <= b[idx(layer)]) --layer;
   for (int guard = 0; guard < 4 * top + 8; ++guard) {
     const double r = R + h;
-    const double p = r * std::sin(theta);
-    const double s0 = r * std::cos(theta);  // signed distance from the perigee
+    const double s0 = x * ux + y * uy;  // signed distance from the perigee
+    const double cross = x * uy - y * ux;
+    const double p = std::abs(cross);
     const double lower = R + b[idx(layer)], upper = R + b[idx(layer) + 1];
-    bool down = s0 < 0 && p < lower;
+    const bool down = s0 < 0 && p < lower && (r > lower || layer == 0);
     const double target = down ? lower : upper;
     const double s1 =
         (down ? -1.0 : 1.0) * std::sqrt(std::max(0.0, (target - p) * (target + p)));
@@ -44,39 +48,41 @@ ViewPath trace_view(const Medium& medium, std::size_t wavelength, bool refractio
       // Altitude bends most near the perigee; a part is short enough to be straight in it.
       const int parts = std::max(1, static_cast<int>(std::ceil(length / max_step_km)));
       for (int i = 0; i < parts; ++i) {
-        const double s = s0 + length * (i + 0.5) / parts;
-        const double ri = std::hypot(p, s);
-        const double local = std::atan2(p, s);
-        const double at = psi + theta - local;
+        const double along = length * (i + 0.5) / parts;
         ViewStep step;
         step.layer = layer;
         step.length_km = length / parts;
-        step.altitude_km = std::clamp(ri - R, b[idx(layer)], b[idx(layer) + 1]);
-        step.rho_km = ri * std::sin(at);
-        const double half = std::sin(at / 2);
-        step.z_km = (ri - R - h_observer) - 2 * ri * half * half;
-        step.dir_r = std::sin(at + local);
-        step.dir_z = std::cos(at + local);
+        step.rho_km = x + ux * along;
+        const double up = y + uy * along;
+        step.z_km = up - y_observer;
+        step.altitude_km = std::clamp(std::sqrt(step.rho_km * step.rho_km + up * up) - R,
+                                      b[idx(layer)], b[idx(layer) + 1]);
+        step.dir_r = ux;
+        step.dir_z = uy;
         path.steps.push_back(step);
       }
+      x += ux * length;
+      y += uy * length;
     }
-    const double arriving = std::atan2(p, s1);
-    psi += theta - arriving;
     h = target - R;
-    theta = arriving;
+    const double at = std::sqrt(x * x + y * y);
+    const double nx = x / at, ny = y / at;
+    const double cosine = ux * nx + uy * ny;
     const int next = down ? layer - 1 : layer + 1;
     if (next < 0) {
       path.hits_ground = true;
-      path.ground_angle_rad = psi;
-      path.ground_cosine = -std::cos(theta);
+      path.ground_angle_rad = std::atan2(x, y);
+      path.ground_cosine = -cosine;
       break;
     }
     if (next >= top) break;
     // Snell; where a discrete step of n would reflect a grazing ray it leaves horizontally.
-    const double sine = std::min(1.0, std::sin(theta) * index(layer) / index(next));
-    theta = down ? kPi - std::asin(sine) : std::asin(sine);
+    const double tangential = ux * ny - uy * nx;
+    const double sine = std::clamp(tangential * index(layer) / index(next), -1.0, 1.0);
+    const double radial = (down ? -1.0 : 1.0) * std::sqrt(1 - sine * sine);
+    ux = sine * ny + radial * nx;
+    uy = -sine * nx + radial * ny;
     layer = next;
-    h = down ? b[idx(layer) + 1] : b[idx(layer)];
   }
   return path;
 }
@@ -107,9 +113,8 @@ ViewGather::ViewGather(const GatherInputs& inputs) : in_(inputs) {
 }
 
 int ViewGather::corners(const ViewStep& step, int j0, int j1, float f, Corner* out) const {
-  const double r = std::hypot(step.rho_km, step.z_km);
-  const double log_r = std::log(std::max(r, 1e-9));
-  const double elevation = std::atan2(step.z_km, step.rho_km);
+  const double log_r =
+      0.5 * std::log(std::max(step.rho_km * step.rho_km + step.z_km * step.z_km, 1e-18));
   const auto it = std::upper_bound(shells_.begin(), shells_.end(), log_r,
                                    [](double v, const ShellRows& s) { return v < s.log_r; });
   const auto hi = static_cast<std::size_t>(it - shells_.begin());
@@ -123,7 +128,7 @@ int ViewGather::corners(const ViewStep& step, int j0, int j1, float f, Corner* o
   const auto add = [&](const ShellRows& s, double weight) {
     if (weight <= 0) return;
     const auto& c = s.coordinate;
-    const double x = s.altitude_bands ? step.altitude_km : elevation;
+    const double x = s.altitude_bands ? step.altitude_km : std::atan2(step.z_km, step.rho_km);
     const auto up = static_cast<std::size_t>(std::upper_bound(c.begin(), c.end(), x) - c.begin());
     const std::size_t lo = up == 0 ? 0 : up - 1;
     const std::size_t hi_row = std::min(up, c.size() - 1);
@@ -194,12 +199,16 @@ void ViewGather::radiance(double elevation_rad, double relative_azimuth_rad, flo
   float weights[8];
   Corner corner[8];
   const bool with_cells = multiple && !shells_.empty() && !in_.exchange->field.values.empty();
+  const double towards_sun = std::cos(in_.sun.elevation_rad) * std::cos(azimuth);
+  const double sun_up = std::sin(in_.sun.elevation_rad);
   for (std::size_t i = 0; i < path.steps.size(); ++i) {
     const ViewStep& step = path.steps[i];
     ray.length_km[i] = static_cast<float>(step.length_km);
     ray.layer[i] = step.layer;
-    const double cos_z = cos_solar_zenith(in_.sun, R, in_.observer_height_km, step.rho_km, azimuth,
-                                          step.z_km);
+    const double cos_z = std::clamp(
+        (towards_sun * step.rho_km + sun_up * (R + in_.observer_height_km + step.z_km)) /
+            (R + step.altitude_km),
+        -1.0, 1.0);
     ray.lit[i] = in_.sunlight->optical_depth(step.altitude_km, std::acos(cos_z),
                                              &ray.sun_depth[i * L]);
     if (!with_cells) continue;
