@@ -308,12 +308,13 @@ ExchangeResult solve_exchange(const Medium& medium, const CellGrid& grid,
 
   struct Workspace {
     RingPairKernel kernel;
-    std::vector<float> scaled;
+    std::vector<float> scaled, pair_modes;
   };
   tbb::enumerable_thread_specific<Workspace> workspaces([&] {
     Workspace w;
     w.kernel.resize(S, L, static_cast<int>(medium.layers()));
     w.scaled.assign((idx(nodes) + 16) * L, 0.0F);
+    w.pair_modes.assign(idx(M) * L, 0.0F);
     return w;
   });
   std::atomic<std::uint64_t> evaluations{0};
@@ -458,16 +459,17 @@ ExchangeResult solve_exchange(const Medium& medium, const CellGrid& grid,
 
   const bool scalar = nm == 1;
   // The scalar exchange is a product of cosine modes: the kernels' modes serve all passes.
+  const bool keep_modes =
+      scalar && passes > 0 && store.mode_count() * L * sizeof(float) <= KernelStore::kLargestBytes;
   std::vector<float> pair_modes;
-  const std::size_t mode_block = idx(M) * L;
-  if (scalar && passes > 0) {
-    pair_modes.resize(store.pairs() * mode_block);
+  if (keep_modes) {
+    pair_modes.resize(store.mode_count() * L);
     tbb::parallel_for(std::size_t{0}, n_all, [&](std::size_t t) {
       control.check();
       auto& ws = workspaces.local();
       for (std::size_t s = 0; s <= t; ++s) {
         if (!store.fetch(s, t, false, ws.kernel)) continue;
-        cosine_transform(ws.kernel, modes, &pair_modes[store.pair(s, t) * mode_block]);
+        cosine_transform(ws.kernel, modes, &pair_modes[store.mode_offset(s, t) * L]);
       }
     });
   }
@@ -512,8 +514,15 @@ ExchangeResult solve_exchange(const Medium& medium, const CellGrid& grid,
             if (!store.lit(s, t)) continue;
             // Stored from air to ground; the ground's Lambertian emission is four cosines.
             const float factor = source_ground ? 4.0F : 1.0F;
-            const float* k = &pair_modes[store.pair(s, t) * mode_block];
             const std::size_t used = idx(store.modes(s, t)) * L;
+            const float* k = nullptr;
+            if (keep_modes) {
+              k = &pair_modes[store.mode_offset(s, t) * L];
+            } else {
+              store.fetch(std::min(s, t), std::max(s, t), false, ws.kernel);
+              cosine_transform(ws.kernel, modes, ws.pair_modes.data());
+              k = ws.pair_modes.data();
+            }
             if (scale != nullptr) {
               for (std::size_t i = 0; i < used; ++i) ws.scaled[i] = k[i] * scale[i % L];
               k = ws.scaled.data();

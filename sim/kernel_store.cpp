@@ -15,6 +15,7 @@ KernelStore::KernelStore(const ExchangeMedium& medium, const std::vector<RingPoi
   const std::size_t count = n * (n + 1) / 2;
   sampling_.resize(count);
   offset_.resize(count);
+  mode_offset_.resize(count);
   lit_.assign(count, 0);
   tbb::parallel_for(std::size_t{0}, n, [&](std::size_t a) {
     for (std::size_t b = 0; b <= a; ++b) {
@@ -27,9 +28,11 @@ KernelStore::KernelStore(const ExchangeMedium& medium, const std::vector<RingPoi
     for (std::size_t b = 0; b <= a; ++b) {
       const std::size_t p = pair(a, b);
       offset_[p] = size_;
+      mode_offset_[p] = mode_count_;
       if (a >= air_rings && b >= air_rings) continue;  // the ground is convex
       size_ += static_cast<std::size_t>(azimuth.divisions / 2 / sampling_[p].every + 1) *
                medium.lanes;
+      mode_count_ += static_cast<std::size_t>(sampling_[p].modes);
     }
   }
 }

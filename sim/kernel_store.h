@@ -34,6 +34,9 @@ class KernelStore {
   }
   bool lit(std::size_t a, std::size_t b) const { return lit_[pair(a, b)] != 0; }
   int modes(std::size_t a, std::size_t b) const { return sampling_[pair(a, b)].modes; }
+  /// Place of a pair's azimuthal modes in an array that holds every pair's own number of them.
+  std::size_t mode_offset(std::size_t a, std::size_t b) const { return mode_offset_[pair(a, b)]; }
+  std::size_t mode_count() const { return mode_count_; }
 
   /// The kernel from source to target; false when nothing passes.
   bool fetch(std::size_t source, std::size_t target, bool moments, RingPairKernel& out) const;
@@ -44,10 +47,10 @@ class KernelStore {
   const AzimuthModes& azimuth_;
   std::size_t air_rings_;
   std::vector<AzimuthSampling> sampling_;
-  std::vector<std::size_t> offset_;
+  std::vector<std::size_t> offset_, mode_offset_;
   std::vector<unsigned char> lit_;
   std::unique_ptr<float[]> values_;
-  std::size_t size_ = 0;
+  std::size_t size_ = 0, mode_count_ = 0;
 };
 
 }  // namespace twilight

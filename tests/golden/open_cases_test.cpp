@@ -1,16 +1,17 @@
 // The default method against an independent Monte Carlo, in a medium both know exactly.
-#include <gmock/gmock.h>
+#include "tests/golden/open_cases.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <memory>
 #include <numbers>
+#include <sstream>
+#include <string>
 #include <vector>
 
 #include "sim/cell_sky.h"
-#include "tests/golden/open_cases.h"
 
 namespace twilight {
 namespace {
@@ -26,15 +27,16 @@ SceneModel open_case_model(double sun_elevation_deg) {
   m.earth_radius_km = 6371;
   m.wavelength_nm = {550};
   for (int i = 0; i <= kLayers; ++i) m.boundary_km.push_back(kStep_km * i);
-  for (LayerTable* t : {&m.air_scattering_per_km, &m.aerosol_scattering_per_km,
-                        &m.aerosol_absorption_per_km, &m.aerosol_asymmetry,
-                        &m.gas_absorption_per_km, &m.refractivity}) {
+  for (LayerTable* t :
+       {&m.air_scattering_per_km, &m.aerosol_scattering_per_km, &m.aerosol_absorption_per_km,
+        &m.aerosol_asymmetry, &m.gas_absorption_per_km, &m.refractivity}) {
     *t = LayerTable(kLayers, 1);
   }
   for (int i = 0; i < kLayers; ++i) {
     const double a = kStep_km * i, b = a + kStep_km;
     m.air_scattering_per_km(static_cast<std::size_t>(i), 0) =
-        kGround_per_km * kScale_km / kStep_km * (std::exp(-a / kScale_km) - std::exp(-b / kScale_km));
+        kGround_per_km * kScale_km / kStep_km *
+        (std::exp(-a / kScale_km) - std::exp(-b / kScale_km));
   }
   m.depolarisation = {0};
   model.solar_irradiance = {1};
@@ -45,51 +47,72 @@ SceneModel open_case_model(double sun_elevation_deg) {
   return model;
 }
 
-struct Comparison {
-  OpenCase reference;
-  double radiance;
-  double single;
-  double error() const { return radiance / reference.radiance - 1; }
-};
-
-// Every row, from one solve per Sun elevation; computed once.
-const std::vector<Comparison>& comparisons() {
-  static const std::vector<Comparison> rows = [] {
-    std::vector<Comparison> result;
-    std::unique_ptr<CellSky> sky;
-    double sun = std::nan("");
-    for (const OpenCase& c : kOpenCases) {
-      if (c.sun_elevation_deg != sun) {
-        sun = c.sun_elevation_deg;
-        sky = std::make_unique<CellSky>(open_case_model(sun), RunControl{});
-      }
-      const ViewDirection view{c.view_elevation_deg * kRad, c.relative_azimuth_deg * kRad};
-      result.push_back({c, sky->radiance({&view, 1})[0], sky->single_scattering({&view, 1})[0]});
-    }
-    return result;
-  }();
-  return rows;
+double value_at(const CellSky& sky, const OpenCase& c, bool single_only) {
+  const ViewDirection view{c.view_elevation_deg * kRad, c.relative_azimuth_deg * kRad};
+  return single_only ? sky.single_scattering({&view, 1})[0] : sky.radiance({&view, 1})[0];
 }
 
-double median_error() {
+// Relative error of every row, from one solve per Sun elevation.
+std::vector<double> relative_errors(int scattering_orders) {
   std::vector<double> errors;
-  for (const Comparison& row : comparisons()) errors.push_back(std::abs(row.error()));
-  std::nth_element(errors.begin(), errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2),
-                   errors.end());
-  return errors[errors.size() / 2];
+  std::unique_ptr<CellSky> sky;
+  double sun = std::nan("");
+  const bool single_only = scattering_orders == 1;
+  for (const OpenCase& c : kOpenCases) {
+    if (c.sun_elevation_deg != sun) {
+      sun = c.sun_elevation_deg;
+      SceneModel model = open_case_model(sun);
+      model.scene.solver.scattering_orders = scattering_orders;
+      sky = std::make_unique<CellSky>(model, RunControl{});
+    }
+    const double expected = single_only ? c.single : c.radiance;
+    const double value = value_at(*sky, c, single_only);
+    // A view into the Earth's shadow scatters nothing once.
+    errors.push_back(expected > 0 ? value / expected - 1 : value);
+  }
+  return errors;
+}
+
+double median_of_sizes(std::vector<double> errors) {
+  for (double& e : errors) e = std::abs(e);
+  const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
+  std::nth_element(errors.begin(), middle, errors.end());
+  return *middle;
 }
 
 std::string name_of(const OpenCase& c) {
-  return "Sun " + std::to_string(c.sun_elevation_deg) + ", view " +
-         std::to_string(c.view_elevation_deg) + " up, azimuth " +
-         std::to_string(c.relative_azimuth_deg);
+  std::ostringstream text;
+  text << "Sun " << c.sun_elevation_deg << " deg, view " << c.view_elevation_deg
+       << " deg up, azimuth " << c.relative_azimuth_deg << " deg";
+  return text.str();
 }
 
-TEST(OpenCases, DefaultMethodIsWithinTenPercentEverywhere) {
-  for (const Comparison& row : comparisons()) {
-    EXPECT_NEAR(row.error(), 0, 0.10) << name_of(row.reference);
+// The project's bar is 10 % for every row and 3 % in the median; the tighter one is what the cells'
+// convergence allows. Worst row with S = 60, 90, 120 and 180 (stride 4): 5.2, 4.0, 3.6 and 3.2 %;
+// with stride 2: 3.4 %. It is always the row without any single scattering (Sun -6 deg, view 10 deg
+// up and away from the Sun); rows with some err by 1.2 % at most, 0.16 % in the median.
+TEST(OpenCases, DefaultMethodAgreesWithMonteCarlo) {
+  constexpr double kProjectWorst = 0.10, kProjectMedian = 0.03;
+  constexpr double kWorst = 0.05, kWorstWithSingle = 0.015, kMedian = 0.004;
+  static_assert(kWorst < kProjectWorst && kMedian < kProjectMedian);
+  const std::vector<double> errors = relative_errors(SolverOptions{}.scattering_orders);
+  for (std::size_t i = 0; i < kOpenCases.size(); ++i) {
+    const OpenCase& c = kOpenCases[i];
+    EXPECT_NEAR(errors[i], 0, c.single > 0 ? kWorstWithSingle : kWorst) << name_of(c);
   }
+  EXPECT_LE(median_of_sizes(errors), kMedian);
 }
 
-TEST(OpenCases, DefaultMethodIsWithinThreePercentInTheMedian) { EXPECT_LE(median_error(), 0.03); }
+// Against 200000 steps with analytic paths to the Sun the march errs by 0.15 % at most, so the rest
+// is the noise of the Monte Carlo's first order: up to 0.9 %, where its total has a standard error
+// of 0.4 %.
+TEST(OpenCases, SingleScatteringAgreesWithMonteCarlo) {
+  const std::vector<double> errors = relative_errors(1);
+  for (std::size_t i = 0; i < kOpenCases.size(); ++i) {
+    EXPECT_NEAR(errors[i], 0, 0.01) << name_of(kOpenCases[i]);
+  }
+  EXPECT_LE(median_of_sizes(errors), 0.002);
+}
 
+}  // namespace
+}  // namespace twilight

@@ -2,6 +2,7 @@
 
 #include <rapidcheck.h>
 
+#include <algorithm>
 #include <map>
 #include <vector>
 
@@ -49,10 +50,9 @@ Scene random_scene() {
   air.refractive_index = one_of({"ciddor", "haber2005"});
   if (one_in(4)) air.depolarisation = between(0.0, 0.85);
 
-  scene.aerosols.type =
-      one_of({"none", "continental_clean", "continental_average", "continental_polluted", "urban",
-              "desert", "maritime_clean", "maritime_polluted", "maritime_tropical", "arctic",
-              "antarctic"});
+  scene.aerosols.type = one_of({"none", "continental_clean", "continental_average",
+                                "continental_polluted", "urban", "desert", "maritime_clean",
+                                "maritime_polluted", "maritime_tropical", "arctic", "antarctic"});
   scene.aerosols.relative_humidity_percent = one_in(4) ? 95.0 : between(0.0, 99.0);
   if (scene.aerosols.type != "none" && one_in(6)) {
     scene.aerosols.optical_depth_550nm = between(0.0, 10.0);

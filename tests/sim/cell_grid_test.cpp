@@ -187,21 +187,22 @@ TEST_P(CellLayout, SamplesShareTheVolume) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Layouts, CellLayout,
-    testing::Values(Layout{36, 1, 1, 0, 4, 60}, Layout{36, 4, 1, 0, 4, 60},
-                    Layout{72, 4, 1, 0, 4, 100}, Layout{120, 4, 1, 0, 4, 100},
-                    Layout{120, 8, 0.1, 0, 4, 35}, Layout{72, 1, 0.1, 0, 0, 35},
-                    Layout{180, 1, 1, 0, 0, 35}, Layout{24, 32, 2, 0, 4, 60},
-                    Layout{72, 4, 1, 3, 4, 100}, Layout{72, 4, 1, 10, 4, 100},
-                    Layout{36, 3, 2, 0.02, 2, 60}),
-    [](const auto& info) {
-      const Layout& p = info.param;
-      return "S" + std::to_string(p.divisions) + "Stride" + std::to_string(p.stride) + "Height" +
-             std::to_string(static_cast<int>(p.height_km * 1000)) + "Bands" +
-             std::to_string(static_cast<int>(p.cell_height_km)) + "Top" +
-             std::to_string(static_cast<int>(p.top_km));
-    });
+INSTANTIATE_TEST_SUITE_P(Layouts, CellLayout,
+                         testing::Values(Layout{36, 1, 1, 0, 4, 60}, Layout{36, 4, 1, 0, 4, 60},
+                                         Layout{72, 4, 1, 0, 4, 100}, Layout{120, 4, 1, 0, 4, 100},
+                                         Layout{120, 8, 0.1, 0, 4, 35},
+                                         Layout{72, 1, 0.1, 0, 0, 35}, Layout{180, 1, 1, 0, 0, 35},
+                                         Layout{24, 32, 2, 0, 4, 60}, Layout{72, 4, 1, 3, 4, 100},
+                                         Layout{72, 4, 1, 10, 4, 100},
+                                         Layout{36, 3, 2, 0.02, 2, 60}),
+                         [](const auto& info) {
+                           const Layout& p = info.param;
+                           return "S" + std::to_string(p.divisions) + "Stride" +
+                                  std::to_string(p.stride) + "Height" +
+                                  std::to_string(static_cast<int>(p.height_km * 1000)) + "Bands" +
+                                  std::to_string(static_cast<int>(p.cell_height_km)) + "Top" +
+                                  std::to_string(static_cast<int>(p.top_km));
+                         });
 
 // Shells follow one another without gaps where groups are spanned; the active ones alone otherwise.
 TEST(CellGrid, GroupedShellsFollowWithoutGaps) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
 #include <numbers>
 #include <random>
 #include <vector>
@@ -207,8 +208,7 @@ TEST(RingPairKernel, GroundIsReciprocal) {
     for (std::size_t k = 0; k < static_cast<std::size_t>(up.kernel.samples); ++k) {
       const auto at = k * kMoments;
       EXPECT_NEAR(up.kernel.emit[at] * up.kernel.receive[at],
-                  4 * down.kernel.emit[at] * down.kernel.receive[at],
-                  1e-5 * up.kernel.receive[at]);
+                  4 * down.kernel.emit[at] * down.kernel.receive[at], 1e-5 * up.kernel.receive[at]);
       EXPECT_NEAR(up.kernel.value[k * 8], down.kernel.value[k * 8], 1e-6 * up.kernel.value[k * 8]);
     }
   }
@@ -327,16 +327,15 @@ TEST(MomentPass, IsTheDirectSumOverCells) {
         const std::array<double, 3> w0{b[0] - a[0], b[1] - a[1], b[2] - a[2]};
         const double d = std::hypot(w0[0], w0[1], w0[2]);
         const auto in_frame = [&](double azimuth) {
-          return std::array<double, 3>{
-              (w0[0] * std::cos(azimuth) + w0[1] * std::sin(azimuth)) / d,
-              (-w0[0] * std::sin(azimuth) + w0[1] * std::cos(azimuth)) / d, w0[2] / d};
+          return std::array<double, 3>{(w0[0] * std::cos(azimuth) + w0[1] * std::sin(azimuth)) / d,
+                                       (-w0[0] * std::sin(azimuth) + w0[1] * std::cos(azimuth)) / d,
+                                       w0[2] / d};
         };
         const auto [r, t, z] = in_frame(from);
         const auto s = [&](int c) { return series(q, c, from); };
-        const double emitted =
-            s(kJ) + s(kFr) * r + s(kFa) * t + s(kFz) * z + s(kSrr) * r * r + s(kSzz) * z * z -
-            (s(kSrr) + s(kSzz)) * t * t +
-            2 * (s(kSrz) * r * z + s(kSra) * r * t + s(kSaz) * t * z);
+        const double emitted = s(kJ) + s(kFr) * r + s(kFa) * t + s(kFz) * z + s(kSrr) * r * r +
+                               s(kSzz) * z * z - (s(kSrr) + s(kSzz)) * t * t +
+                               2 * (s(kSrz) * r * z + s(kSra) * r * t + s(kSaz) * t * z);
         const double arriving = emitted * value[static_cast<std::size_t>(k) * 8];
         const auto [R, T, Z] = in_frame(at);
         sum[kJ] += arriving;
@@ -454,8 +453,8 @@ TEST(AzimuthSampling, KeepsWhatTheToleranceAsks) {
         worst_bright = std::max(worst_bright, error / whole / tolerance);
         EXPECT_LE(error / whole, 10 * tolerance)
             << p.what << ", mode " << order << " of " << sampling.modes << ", every "
-            << sampling.every << ", rho " << p.source.rho_km << ' ' << p.target.rho_km
-            << " h " << p.source.altitude_km << ' ' << p.target.altitude_km;
+            << sampling.every << ", rho " << p.source.rho_km << ' ' << p.target.rho_km << " h "
+            << p.source.altitude_km << ' ' << p.target.altitude_km;
       }
       thinned += few.samples;
       all += half + 1;
@@ -486,8 +485,8 @@ TEST_F(FirstEventPass, AgreesWithItsScalarTwin) {
           std::vector<float> simd(19 * 8, 0.0F), scalar(19 * 8, 0.0F);
           first_event_pass(e.kernel, kDivisions, power.data(), lit.data(), asymmetry.data(), sun,
                            simd.data());
-          first_event_pass_scalar(e.kernel, kDivisions, power.data(), lit.data(),
-                                  asymmetry.data(), sun, scalar.data());
+          first_event_pass_scalar(e.kernel, kDivisions, power.data(), lit.data(), asymmetry.data(),
+                                  sun, scalar.data());
           for (std::size_t i = 0; i < simd.size(); ++i) {
             // 1/sqrt is a 12-bit guess and one Newton step; near the forward peak of g = 0.85 the
             // base loses three bits.
@@ -510,8 +509,7 @@ TEST_F(FirstEventPass, IsotropicIsTheMeanMode) {
     if (p.source.ground) continue;
     const Evaluation e(medium, p);
     std::vector<float> field(19 * 8, 0.0F), modes(19 * 8);
-    first_event_pass(e.kernel, kDivisions, even.data(), lit.data(), zero.data(), 0.3,
-                     field.data());
+    first_event_pass(e.kernel, kDivisions, even.data(), lit.data(), zero.data(), 0.3, field.data());
     cosine_transform(e.kernel, e.modes, modes.data());
     for (std::size_t j = 0; j < 19; ++j) {
       EXPECT_NEAR(field[j * 8], 0.5 * modes[0], 1e-5 * modes[0]) << p.what;
@@ -535,7 +533,8 @@ TEST_F(FirstEventPass, IsHenyeyGreensteinAboutTheSunsDirection) {
     for (int j = 0; j <= kDivisions / 2; j += 2) {
       double sum = 0;
       for (int i = 0; i < kDivisions; ++i) {
-        const int k = std::min((i - j + kDivisions) % kDivisions, (j - i + kDivisions) % kDivisions);
+        const int k =
+            std::min((i - j + kDivisions) % kDivisions, (j - i + kDivisions) % kDivisions);
         if (p.same && k == 0) continue;
         const auto a = position(p.source, 2 * kPi * i / kDivisions);
         const auto b = position(p.target, 2 * kPi * j / kDivisions);

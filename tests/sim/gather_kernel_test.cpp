@@ -129,7 +129,7 @@ TEST_P(March, UniformEmissionSaturates) {
           radiance.data(), t.data());
     for (std::size_t w = 0; w < L; ++w) {
       EXPECT_NEAR(radiance[w], 0.01 / 0.05 * (1 - std::exp(-1.5)), 2e-6);
-      EXPECT_NEAR(t[w], std::exp(-1.5), 1e-6);
+      EXPECT_NEAR(t[w], std::exp(-1.5), 5e-6);  // 300 products rounded
     }
   }
 }
