@@ -78,8 +78,7 @@ CellGather::CellGather(const GatherInputs& in, const CellGrid& all_cells)
           if (lit) {
             const double g = o.asymmetry[at + w];
             const double hg = (1 - g * g) / std::pow(1 + g * g - 2 * g * cosine, 1.5);
-            const double air =
-                1 + 5.0 * o.rayleigh_x2[w] * (1.5 * cosine * cosine - 0.5);
+            const double air = 1 + 5.0 * o.rayleigh_x2[w] * (1.5 * cosine * cosine - 0.5);
             source += std::exp(-static_cast<double>(sun[w])) *
                       (o.air[at + w] * air + o.aerosol[at + w] * hg) / (4 * kPi);
           }

@@ -32,11 +32,19 @@ int layer_at(const Medium& medium, double altitude_km) {
   return std::clamp(i, 0, static_cast<int>(medium.layers()) - 1);
 }
 
-int shell_count(int azimuth_divisions, double inner_radius_km, double outer_radius_km) {
+int shells_to_cover(int azimuth_divisions, double inner_radius_km, double outer_radius_km) {
   const double d = 2 * kPi / azimuth_divisions;
   const double q = (1 + d / 2) / (1 - d / 2);
   const double n = std::log(outer_radius_km / inner_radius_km) / std::log(q);
   return std::max(1, static_cast<int>(std::ceil(n - 1e-12)));
+}
+
+int shell_count(int azimuth_divisions, double inner_radius_km, double outer_radius_km) {
+  const int n = shells_to_cover(azimuth_divisions, inner_radius_km, outer_radius_km);
+  const double d = 2 * kPi / azimuth_divisions;
+  const double q = (1 + d / 2) / (1 - d / 2);
+  const double last_centre = inner_radius_km * std::pow(q, n - 1) * 0.5 * (1 + q);
+  return std::max(1, last_centre > outer_radius_km ? n - 1 : n);
 }
 
 double outer_radius_km(const Medium& medium, double observer_height_km) {
@@ -63,6 +71,7 @@ CellGrid::CellGrid(const Medium& medium, const CellGridOptions& options) : optio
   const int stride = std::clamp(options.active_shell_stride, 1, all_shells_);
 
   const auto shell_edge = [&](int j) { return j == 0 ? inner : inner * std::pow(q, j); };
+  outer_radius_km_ = shell_edge(all_shells_);
   for (int first = 0; first < all_shells_; first += stride) {
     const int last = std::min(first + stride, all_shells_);
     CellShell shell;
@@ -176,8 +185,16 @@ CellGrid::CellGrid(const Medium& medium, const CellGridOptions& options) : optio
       ring.z_km = z / weight;
       ring.radius_km = std::hypot(ring.rho_km, ring.z_km);
       ring.elevation_rad = std::atan2(ring.z_km, ring.rho_km);
-      ring.altitude_km =
-          std::clamp(altitude_km(R, h0, ring.radius_km, std::sin(ring.elevation_rad)), 0.0, top);
+      const double h = altitude_km(R, h0, ring.radius_km, std::sin(ring.elevation_rad));
+      ring.altitude_km = std::clamp(h, 0.0, top);
+      if (h != ring.altitude_km) {
+        // The mean of a cell that bends with the Earth may lie below ground: moved up to it.
+        const double lift = (R + ring.altitude_km) / (R + h);
+        ring.z_km = ring.z_km * lift + (R + h0) * (lift - 1);
+        ring.rho_km *= lift;
+        ring.radius_km = std::hypot(ring.rho_km, ring.z_km);
+        ring.elevation_rad = std::atan2(ring.z_km, ring.rho_km);
+      }
     } else {
       if (ring.altitude_km <= 0 || ring.altitude_km >= top) {
         keep[i] = 0;
@@ -261,7 +278,7 @@ std::vector<CellSample> CellGrid::samples(const CellRing& ring, const Medium& me
   const double dr = shell.r_max_km - shell.r_min_km;
   const int n_r = std::max(2, static_cast<int>(std::ceil(dr / 25.0)));
   const double height = shell.altitude_bands ? hi - lo : shell.r_km * (hi - lo);
-  const int n_e = std::clamp(static_cast<int>(std::ceil(height / 1.0)), 2, 8);
+  const int n_e = std::clamp(static_cast<int>(std::ceil(height / 0.5)), 2, 12);
   std::vector<CellSample> points;
   points.reserve(static_cast<std::size_t>(n_r * n_e));
   for (int i = 0; i < n_r; ++i) {
@@ -284,8 +301,8 @@ std::vector<CellSample> CellGrid::samples(const CellRing& ring, const Medium& me
         if (h < 0 || h >= top) continue;
         volume = d * (r1 * r1 * r1 - r0 * r0 * r0) / 3 * (std::sin(c1) - std::sin(c0));
       }
-      points.push_back({r * std::sqrt(1 - sin_el * sin_el), r * sin_el, h, layer_at(medium, h),
-                        volume});
+      points.push_back(
+          {r * std::sqrt(1 - sin_el * sin_el), r * sin_el, h, layer_at(medium, h), volume});
     }
   }
   return points;

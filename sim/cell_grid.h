@@ -25,7 +25,11 @@ struct CellGridOptions {
 };
 
 /// Number of shells from the inner radius out: r_j = R_o q^j with
-/// q = (1 + d/2)/(1 - d/2), d = 2 pi / S, until r_j >= outer_radius (Sec. 4.1.3).
+/// q = (1 + d/2)/(1 - d/2), d = 2 pi / S, until r_j >= outer_radius (Sec. 4.1.3, to the letter).
+int shells_to_cover(int azimuth_divisions, double inner_radius_km, double outer_radius_km);
+/// The same less a last shell whose centre lies beyond the outer radius, as a cell counts when
+/// its centre is in the air. This gives the paper's own counts, 101 (S = 72) and 252 (S = 180),
+/// with an inner radius of 100 m; the 10 m of its text do not, by either rule.
 int shell_count(int azimuth_divisions, double inner_radius_km, double outer_radius_km);
 
 /// Radius of the sphere around the observer that the cells fill: the longest
@@ -36,17 +40,17 @@ double outer_radius_km(const Medium& medium, double observer_height_km);
 /// All cells of one shell between two elevations (or two altitudes): the S cells
 /// of a ring are alike but for their azimuth.
 struct CellRing {
-  bool ground = false;    ///< a ring of ground patches instead of air
+  bool ground = false;  ///< a ring of ground patches instead of air
   int shell = 0;
-  double radius_km = 0;   ///< distance of the cells' reference point from the observer
+  double radius_km = 0;  ///< distance of the cells' reference point from the observer
   double elevation_rad = 0;
-  double rho_km = 0;      ///< distance from the observer's vertical axis
-  double z_km = 0;        ///< height above the observer's horizontal plane
-  double altitude_km = 0; ///< above the ground sphere
-  int layer = 0;          ///< of the reference point
-  double volume_km3 = 0;  ///< of one cell; ground: area in km^2
+  double rho_km = 0;       ///< distance from the observer's vertical axis
+  double z_km = 0;         ///< height above the observer's horizontal plane
+  double altitude_km = 0;  ///< above the ground sphere
+  int layer = 0;           ///< of the reference point
+  double volume_km3 = 0;   ///< of one cell; ground: area in km^2
   double radial_km = 0, azimuthal_km = 0, third_km = 0;  ///< extents of one cell
-  double half_chord_km = 0;  ///< half the mean chord 4V/S of the cell
+  double half_chord_km = 0;                              ///< half the mean chord 4V/S of the cell
   double slope_r = 0, slope_z = 1;  ///< ground: outward normal in the (rho, z) plane
   /// Share of the cell's volume in each layer it touches, as (layer, km^3).
   std::vector<std::pair<int, double>> layer_volume_km3;
@@ -81,7 +85,8 @@ class CellGrid {
   int all_shells() const { return all_shells_; }
   double outer_radius_km() const { return outer_radius_km_; }
 
-  /// Interior points of a ring's cell at relative azimuth zero offset, weights summing to its volume.
+  /// Interior points of a ring's cell at relative azimuth zero offset, weights summing to its
+  /// volume.
   std::vector<CellSample> samples(const CellRing& ring, const Medium& medium) const;
 
  private:

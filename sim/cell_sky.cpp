@@ -1,5 +1,6 @@
 #include "sim/cell_sky.h"
 
+#include <fmt/format.h>
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
 
@@ -7,8 +8,6 @@
 #include <chrono>
 #include <cmath>
 #include <numbers>
-
-#include <fmt/format.h>
 
 #include "atmosphere/refraction.h"
 #include "sim/spectral_lanes.h"
@@ -102,6 +101,7 @@ CellSky::CellSky(const SceneModel& model, const RunControl& control) : model_(mo
 void CellSky::find_direct_sun() {
   const Medium& m = model_.medium;
   sun_transmittance_.assign(m.wavelengths(), 0.0);
+  beam_transmittance_.assign(m.wavelengths(), 0.0);
   apparent_elevation_rad_ = sun_.elevation_rad;
   std::vector<double> path(m.layers());
   const double true_zenith = kPi / 2 - sun_.elevation_rad;
@@ -111,9 +111,10 @@ void CellSky::find_direct_sun() {
     if (!apparent) continue;
     const RayTrace trace = rays.trace_outward(observer_height_km_, *apparent, path);
     if (trace.hits_ground) continue;
-    double depth = slant_optical_depth(m, w, path);
-    if (!m.vertical_filter_optical_depth.empty()) depth += m.vertical_filter_optical_depth[w];
-    sun_transmittance_[w] = std::exp(-depth);
+    const double filter =
+        m.vertical_filter_optical_depth.empty() ? 0.0 : m.vertical_filter_optical_depth[w];
+    sun_transmittance_[w] = std::exp(-slant_optical_depth(m, w, path) - filter);
+    beam_transmittance_[w] = std::exp(-slant_optical_depth(beam_, w, path) - filter);
     if (w == m.wavelengths() / 2) apparent_elevation_rad_ = kPi / 2 - *apparent;
   }
 }
@@ -121,18 +122,18 @@ void CellSky::find_direct_sun() {
 std::span<const double> CellSky::wavelength_nm() const { return model_.medium.wavelength_nm; }
 std::span<const double> CellSky::solar_irradiance() const { return model_.solar_irradiance; }
 
-std::vector<double> CellSky::gather(std::span<const ViewDirection> views, bool multiple) const {
+std::vector<double> CellSky::gather(std::span<const ViewDirection> views,
+                                    ViewGather::Light light) const {
   const std::size_t W = model_.medium.wavelengths();
   std::vector<double> out(views.size() * W);
   arena_->arena.execute([&] {
     tbb::parallel_for(std::size_t{0}, views.size(), [&](std::size_t i) {
       std::vector<float> lanes(optics_.lanes);
-      if (cell_gather_ && multiple) {
-        cell_gather_->radiance(views[i].elevation_rad, views[i].relative_azimuth_rad,
-                               lanes.data());
+      if (cell_gather_ && light == ViewGather::Light::kAll) {
+        cell_gather_->radiance(views[i].elevation_rad, views[i].relative_azimuth_rad, lanes.data());
       } else {
         view_gather_->radiance(views[i].elevation_rad, views[i].relative_azimuth_rad, lanes.data(),
-                               multiple);
+                               light);
       }
       for (std::size_t w = 0; w < W; ++w) {
         const double value = static_cast<double>(lanes[w]) * model_.solar_irradiance[w];
@@ -144,11 +145,11 @@ std::vector<double> CellSky::gather(std::span<const ViewDirection> views, bool m
 }
 
 std::vector<double> CellSky::radiance(std::span<const ViewDirection> views) const {
-  return gather(views, true);
+  return gather(views, ViewGather::Light::kAll);
 }
 
 std::vector<double> CellSky::single_scattering(std::span<const ViewDirection> views) const {
-  return gather(views, false);
+  return gather(views, ViewGather::Light::kSingle);
 }
 
 Irradiance CellSky::irradiance() const {
@@ -166,17 +167,25 @@ Irradiance CellSky::irradiance() const {
                        kColumns);
     }
   }
-  const auto values = radiance(views);
   const std::size_t W = model_.medium.wavelengths();
   Irradiance result;
   result.direct.assign(W, 0.0);
   result.diffuse.assign(W, 0.0);
+  // Truncated phase functions leave the forward peak in the beam, which the diffuse share then
+  // takes from it: global irradiance is that of the exchange, direct that of the true beam.
+  const bool truncated = !cell_gather_ && !options_.similarity;
+  const auto values =
+      gather(views, truncated ? ViewGather::Light::kTruncated : ViewGather::Light::kAll);
   for (std::size_t i = 0; i < views.size(); ++i) {
     for (std::size_t w = 0; w < W; ++w) result.diffuse[w] += weight[i] * values[i * W + w];
   }
+  const double sine = std::max(0.0, std::sin(apparent_elevation_rad_));
   for (std::size_t w = 0; w < W; ++w) {
-    result.direct[w] = model_.solar_irradiance[w] * sun_transmittance_[w] *
-                       std::max(0.0, std::sin(apparent_elevation_rad_));
+    result.direct[w] = model_.solar_irradiance[w] * sun_transmittance_[w] * sine;
+    if (truncated) {
+      const double beam = model_.solar_irradiance[w] * beam_transmittance_[w] * sine;
+      result.diffuse[w] += std::max(0.0, beam - result.direct[w]);
+    }
   }
   return result;
 }
@@ -189,19 +198,21 @@ void CellSky::summarise(double total_seconds) {
   if (r.cells > 0) f.emplace_back("cells", fmt::format("{}", r.cells));
   f.emplace_back("active cells", fmt::format("{}", r.active_cells));
   f.emplace_back("azimuthal modes", fmt::format("{}", r.azimuth_modes));
-  f.emplace_back("kernel evaluations", fmt::format("{:.4g}", static_cast<double>(r.kernel_evaluations)));
+  f.emplace_back("kernel evaluations",
+                 fmt::format("{:.4g}", static_cast<double>(r.kernel_evaluations)));
   const std::size_t w = model_.medium.wavelengths() / 2;
   std::string shares;
   for (std::size_t k = 1; k < r.event_power.size(); ++k) {
     const double before = r.event_power[k - 1][w];
-    shares += fmt::format("{}{:.3g}", k > 1 ? ", " : "",
-                          before > 0 ? r.event_power[k][w] / before : 0.0);
+    shares +=
+        fmt::format("{}{:.3g}", k > 1 ? ", " : "", before > 0 ? r.event_power[k][w] / before : 0.0);
   }
-  f.emplace_back(fmt::format("power of each event over the one before, {} nm",
-                             model_.medium.wavelength_nm[w]),
-                 shares);
+  f.emplace_back(
+      fmt::format("power of each event over the one before, {} nm", model_.medium.wavelength_nm[w]),
+      shares);
   if (!r.rescale_factor.empty()) {
-    f.emplace_back("active-shell rescaling of the second event", fmt::format("{:.3g}", r.rescale_factor[w]));
+    f.emplace_back("active-shell rescaling of the second event",
+                   fmt::format("{:.3g}", r.rescale_factor[w]));
   }
   summary_.stage_seconds.emplace_back("solve, in all", total_seconds);
 }

@@ -36,7 +36,7 @@ class CellSky : public Sky {
   std::vector<double> single_scattering(std::span<const ViewDirection> views) const;
 
  private:
-  std::vector<double> gather(std::span<const ViewDirection> views, bool multiple) const;
+  std::vector<double> gather(std::span<const ViewDirection> views, ViewGather::Light light) const;
   void find_direct_sun();
   void summarise(double total_seconds);
 
@@ -52,6 +52,7 @@ class CellSky : public Sky {
   std::unique_ptr<CellGather> cell_gather_;
   double apparent_elevation_rad_ = 0;
   std::vector<double> sun_transmittance_;
+  std::vector<double> beam_transmittance_;  // with the delta-M forward peak left in
   double observer_height_km_ = 0;
   RunSummary summary_;
   struct Arena;

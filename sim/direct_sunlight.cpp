@@ -69,7 +69,7 @@ DirectSunlight::DirectSunlight(const Medium& medium, int altitude_nodes, int ang
     std::vector<Fan> fans(rays.size());
     for (std::size_t w = 0; w < rays.size(); ++w) {
       const double limit = rays[w].horizon_apparent_zenith_rad(altitude);
-      constexpr int kFan = 48;
+      constexpr int kFan = 192;
       Fan& fan = fans[w];
       for (int k = 0; k <= kFan; ++k) {
         const double x = 1.0 - static_cast<double>(k) / kFan;

@@ -13,8 +13,8 @@ namespace twilight {
 ///
 /// For every altitude node a fan of rays is traced outwards by Snell's law at the
 /// least and the most refracted wavelength; the search for the ray that leaves
-/// towards the Sun is an inverse interpolation in that fan. The table's coordinates are sqrt(altitude) and
-/// w = sqrt(1 - zenith/horizon), where horizon is the true zenith angle of the
+/// towards the Sun is an inverse interpolation in that fan. The table's coordinates are
+/// sqrt(altitude) and w = sqrt(1 - zenith/horizon), where horizon is the true zenith angle of the
 /// ray that grazes the ground, so that no interval straddles the Earth's shadow.
 class DirectSunlight {
  public:

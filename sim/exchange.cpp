@@ -32,12 +32,12 @@ std::size_t idx(int i) { return static_cast<std::size_t>(i); }
 
 // Per-ring optical data of the exchange.
 struct RingOptics {
-  std::vector<float> s0, s1, s2;    // [ring][lane] volume-integrated coefficients, km^2
-  std::vector<float> extinction;    // [ring][lane] volume-integrated, km^2
-  std::vector<float> half_depth;    // [ring][lane]
-  std::vector<float> own_share;     // [ring][lane] (1 - e^-2x)/(2x)
-  std::vector<float> self;          // [ring][lane] J gained per unit own power, km^-2
-  std::vector<float> ground_scale;  // [ring][lane]
+  std::vector<float> s0, s1, s2;       // [ring][lane] volume-integrated coefficients, km^2
+  std::vector<float> extinction;       // [ring][lane] volume-integrated, km^2
+  std::vector<float> half_depth;       // [ring][lane]
+  std::vector<float> own_share;        // [ring][lane] (1 - e^-2x)/(2x)
+  std::vector<float> self;             // [ring][lane] J gained per unit own power, km^-2
+  std::vector<float> ground_scale;     // [ring][lane]
   std::vector<double> escape, ground;  // [ring][lane] fractions of isotropic emission
 };
 
@@ -200,8 +200,8 @@ ExchangeOptics make_exchange_optics(const Medium& medium, const ExchangeOptions&
       o.s1[at] = static_cast<float>(3 * scaled * a1);
       o.s2[at] = static_cast<float>(7.5 * (air * x2 + scaled * a2));
       o.extinction(i, w) = air + scaled + absorbed;
-      o.beam_extinction(i, w) = options.similarity ? air + aerosol + absorbed
-                                                   : air + scaled + absorbed;
+      o.beam_extinction(i, w) =
+          options.similarity ? air + aerosol + absorbed : air + scaled + absorbed;
     }
   }
   return o;
@@ -211,19 +211,18 @@ Medium beam_medium(const Medium& medium, const ExchangeOptics& optics) {
   Medium beam = medium;
   for (std::size_t i = 0; i < medium.layers(); ++i) {
     for (std::size_t w = 0; w < medium.wavelengths(); ++w) {
-      beam.aerosol_scattering_per_km(i, w) =
-          std::max(0.0, optics.beam_extinction(i, w) - medium.air_scattering_per_km(i, w) -
-                            medium.aerosol_absorption_per_km(i, w) -
-                            medium.gas_absorption_per_km(i, w));
+      beam.aerosol_scattering_per_km(i, w) = std::max(
+          0.0, optics.beam_extinction(i, w) - medium.air_scattering_per_km(i, w) -
+                   medium.aerosol_absorption_per_km(i, w) - medium.gas_absorption_per_km(i, w));
     }
   }
   return beam;
 }
 
-ExchangeResult solve_exchange(const Medium& medium, const CellGrid& grid,
-                              const CellGrid* all_cells, const DirectSunlight& sunlight,
-                              const SunGeometry& sun, const ExchangeOptics& optics,
-                              const ExchangeOptions& options, const RunControl& control) {
+ExchangeResult solve_exchange(const Medium& medium, const CellGrid& grid, const CellGrid* all_cells,
+                              const DirectSunlight& sunlight, const SunGeometry& sun,
+                              const ExchangeOptics& optics, const ExchangeOptions& options,
+                              const RunControl& control) {
   const int S = grid.azimuth_divisions();
   const int nodes = S / 2 + 1;
   const std::size_t L = optics.lanes;
@@ -325,12 +324,11 @@ ExchangeResult solve_exchange(const Medium& medium, const CellGrid& grid,
   // Kernels are symmetric in the pair: evaluated once, kept for both directions and all passes.
   KernelStore store(transport, points, n_air, modes, options.azimuth_tolerance);
   if (passes > 0) {
-    const std::uint64_t count = store.evaluate(
-        [&] { return &workspaces.local().kernel; },
-        [&](double fraction) {
-          control.check();
-          control.report("exchange: kernels", fraction);
-        });
+    const std::uint64_t count = store.evaluate([&] { return &workspaces.local().kernel; },
+                                               [&](double fraction) {
+                                                 control.check();
+                                                 control.report("exchange: kernels", fraction);
+                                               });
     evaluations += count * W;
   }
 
@@ -338,30 +336,49 @@ ExchangeResult solve_exchange(const Medium& medium, const CellGrid& grid,
   // part that point-to-point kernels miss is what the cell's neighbourhood takes itself.
   std::atomic<std::size_t> clipped{0};
   if (need_rows) {
-    tbb::parallel_for(std::size_t{0}, n_air, [&](std::size_t s) {
-      control.check();
-      emission_fractions(transport, grid, rings[s], W, &ro.escape[s * W], &ro.ground[s * W]);
+    // Light of cell s that the kernels bring to all other cells and to the ground.
+    const auto row = [&](std::size_t s, std::vector<double>& air, std::vector<double>& earth) {
       auto& ws = workspaces.local();
-      std::vector<double> air(L, 0.0), earth(L, 0.0);
       for (std::size_t t = 0; t < rings.size(); ++t) {
         if (!store.fetch(s, t, false, ws.kernel)) continue;
         auto& sum = t < n_air ? air : earth;
         for (int k = 0; k < ws.kernel.samples; ++k) {
-          const auto row = idx(k) * kMoments;
-          const double weight = ws.kernel.receive[row] * ws.kernel.emit[row];
+          const auto at = idx(k) * kMoments;
+          const double weight = ws.kernel.receive[at] * ws.kernel.emit[at];
           for (std::size_t w = 0; w < W; ++w) {
-            const double size = t < n_air ? static_cast<double>(ro.extinction[t * L + w]) *
-                                                ro.own_share[t * L + w]
-                                          : rings[t].volume_km3;
+            const double size =
+                t < n_air ? static_cast<double>(ro.extinction[t * L + w]) * ro.own_share[t * L + w]
+                          : rings[t].volume_km3;
             sum[w] += weight * ws.kernel.value[idx(k) * L + w] * size;
           }
         }
       }
+    };
+    // Rows that would bring more than what interacts at all are shortened, both ways.
+    std::vector<float> fit(rings.size() * L, 1.0F);
+    tbb::parallel_for(std::size_t{0}, n_air, [&](std::size_t s) {
+      control.check();
+      emission_fractions(transport, grid, rings[s], W, &ro.escape[s * W], &ro.ground[s * W]);
+      std::vector<double> air(L, 0.0), earth(L, 0.0);
+      row(s, air, earth);
+      for (std::size_t w = 0; w < W; ++w) {
+        const double interacting = 1 - ro.escape[s * W + w] - ro.ground[s * W + w];
+        const double brought = ro.own_share[s * L + w] * air[w];
+        if (brought > interacting) {
+          clipped.fetch_add(1, std::memory_order_relaxed);
+          fit[s * L + w] = static_cast<float>(std::max(0.0, interacting) / brought);
+        }
+      }
+    });
+    for (std::size_t k = 0; k < fit.size(); ++k) ro.own_share[k] *= fit[k];
+    tbb::parallel_for(std::size_t{0}, n_air, [&](std::size_t s) {
+      control.check();
+      std::vector<double> air(L, 0.0), earth(L, 0.0);
+      row(s, air, earth);
       for (std::size_t w = 0; w < W; ++w) {
         const double own = ro.own_share[s * L + w];
         const double interacting = 1 - ro.escape[s * W + w] - ro.ground[s * W + w];
         const double rest = interacting - own * air[w];
-        if (rest < 0) clipped.fetch_add(1, std::memory_order_relaxed);
         ro.self[s * L + w] = static_cast<float>(
             std::max(0.0, rest) / std::max(1e-30, static_cast<double>(ro.extinction[s * L + w])));
         ro.ground_scale[s * L + w] = static_cast<float>(
@@ -378,7 +395,10 @@ ExchangeResult solve_exchange(const Medium& medium, const CellGrid& grid,
   const FirstEvent first = first_event(medium, grid, n_all, sunlight, sun, optics, aerosol_first,
                                        options.ground_albedo, nm);
   const auto& node_source = first.source;
-  const auto& aerosol_power = first.aerosol_power;
+  std::vector<float> aerosol_power = first.aerosol_power;
+  for (std::size_t k = 0; k < aerosol_power.size(); ++k) {
+    aerosol_power[k] *= ro.own_share[k / (idx(nodes) * L) * L + k % L];
+  }
   const auto& lit = first.lit;
   const auto& ring_asymmetry = first.asymmetry;
   const float albedo = static_cast<float>(options.ground_albedo);
@@ -416,7 +436,8 @@ ExchangeResult solve_exchange(const Medium& medium, const CellGrid& grid,
     }
   };
 
-  std::vector<float> source(n_all * block), field(n_all * block), total(n_all * block, 0.0F);
+  std::vector<float> source(n_all * block), field(n_all * block), total(n_all * block, 0.0F),
+      sent(n_all * block);
   tbb::parallel_for(std::size_t{0}, n_all, [&](std::size_t i) {
     to_modes(&node_source[i * idx(nodes) * idx(nm) * L], &source[i * block]);
   });
@@ -478,6 +499,12 @@ ExchangeResult solve_exchange(const Medium& medium, const CellGrid& grid,
   const auto passes_start = Clock::now();
   for (int pass = 0; pass < passes; ++pass) {
     std::fill(field.begin(), field.end(), 0.0F);
+    // What leaves a cell: its emission less what its own air takes.
+    tbb::parallel_for(std::size_t{0}, n_all, [&](std::size_t i) {
+      for (std::size_t k = 0; k < block; ++k) {
+        sent[i * block + k] = source[i * block + k] * ro.own_share[i * L + k % L];
+      }
+    });
     done = 0;
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, n_all, 1), [&](const auto& range) {
       for (std::size_t t = range.begin(); t != range.end(); ++t) {
@@ -491,9 +518,8 @@ ExchangeResult solve_exchange(const Medium& medium, const CellGrid& grid,
             bool any_lit = false;
             for (int j = 0; j < nodes; ++j) any_lit |= lit[s * idx(nodes) + idx(j)] != 0;
             if (!any_lit || !store.fetch(s, t, false, ws.kernel)) continue;
-            first_event_pass(ws.kernel, S, &aerosol_power[s * idx(nodes) * L],
-                             &lit[s * idx(nodes)], &ring_asymmetry[s * L], sun.elevation_rad,
-                             aerosol_field.data());
+            first_event_pass(ws.kernel, S, &aerosol_power[s * idx(nodes) * L], &lit[s * idx(nodes)],
+                             &ring_asymmetry[s * L], sun.elevation_rad, aerosol_field.data());
           }
           std::vector<float> nodes_all(idx(nodes) * idx(nm) * L, 0.0F), mode(block);
           for (int j = 0; j < nodes; ++j) {
@@ -527,7 +553,7 @@ ExchangeResult solve_exchange(const Medium& medium, const CellGrid& grid,
               for (std::size_t i = 0; i < used; ++i) ws.scaled[i] = k[i] * scale[i % L];
               k = ws.scaled.data();
             }
-            multiply_add(k, &source[s * block], factor, used, out);
+            multiply_add(k, &sent[s * block], factor, used, out);
             continue;
           }
           if (!store.fetch(s, t, true, ws.kernel)) continue;
@@ -537,13 +563,13 @@ ExchangeResult solve_exchange(const Medium& medium, const CellGrid& grid,
             }
             ws.kernel.value = ws.scaled.data();
           }
-          moment_pass(ws.kernel, modes, &source[s * block], out);
+          moment_pass(ws.kernel, modes, &sent[s * block], out);
         }
         const std::size_t finished = ++done;
         if (finished % 64 == 0) {
-          control.report("exchange", (pass + static_cast<double>(finished) /
-                                                 static_cast<double>(n_all)) /
-                                         passes);
+          control.report(
+              "exchange",
+              (pass + static_cast<double>(finished) / static_cast<double>(n_all)) / passes);
         }
       }
     });
@@ -570,8 +596,7 @@ ExchangeResult solve_exchange(const Medium& medium, const CellGrid& grid,
               // Moments that a uniform neighbourhood sends itself: the mean of (w.F)w is F/3,
               // of (w.S.w)(ww - 1/3) it is 2S/15; off-diagonal sources carry S once.
               const float gain =
-                  c == kJ ? 1.0F
-                          : (c == kFr || c == kFz || c == kFa ? 1.0F / 3 : 2.0F / 15);
+                  c == kJ ? 1.0F : (c == kFr || c == kFz || c == kFa ? 1.0F / 3 : 2.0F / 15);
               value += gain * ro.self[i * L + w] * q[at];
             }
             f[at] = value;
@@ -587,9 +612,9 @@ ExchangeResult solve_exchange(const Medium& medium, const CellGrid& grid,
               q[at] = c == kJ ? f[at] * albedo * static_cast<float>(rings[i].volume_km3) : 0.0F;
               continue;
             }
-            const float s = c == kJ ? ro.s0[i * L + w]
-                                    : (c == kFr || c == kFz || c == kFa ? ro.s1[i * L + w]
-                                                                        : ro.s2[i * L + w]);
+            const float s =
+                c == kJ ? ro.s0[i * L + w]
+                        : (c == kFr || c == kFz || c == kFa ? ro.s1[i * L + w] : ro.s2[i * L + w]);
             // (emission is spread over the cell as its own light is: source side share)
             q[at] = f[at] * s;
           }
@@ -607,8 +632,7 @@ ExchangeResult solve_exchange(const Medium& medium, const CellGrid& grid,
           for (std::size_t w = 0; w < W; ++w) {
             const double light = p.weight[0] * static_cast<double>(field[p.ring[0] * block + w]) +
                                  p.weight[1] * static_cast<double>(field[p.ring[1] * block + w]);
-            all[w] += S * light * volume *
-                      static_cast<double>(optics.s0[idx(layer) * L + w]);
+            all[w] += S * light * volume * static_cast<double>(optics.s0[idx(layer) * L + w]);
           }
         }
       }

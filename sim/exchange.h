@@ -37,12 +37,12 @@ struct ExchangeOptions {
 struct ExchangeOptics {
   std::size_t lanes = 0;
   std::vector<float> s0, s1, s2;
-  std::vector<float> air;        ///< air scattering
-  std::vector<float> aerosol;    ///< aerosol scattering, unscaled
-  std::vector<float> asymmetry;  ///< of the aerosol
+  std::vector<float> air;          ///< air scattering
+  std::vector<float> aerosol;      ///< aerosol scattering, unscaled
+  std::vector<float> asymmetry;    ///< of the aerosol
   std::vector<float> rayleigh_x2;  ///< [lane] second Legendre coefficient of air (0 if isotropic)
-  LayerTable extinction;         ///< of light under way between cells
-  LayerTable beam_extinction;    ///< of sunlight and of the view ray
+  LayerTable extinction;           ///< of light under way between cells
+  LayerTable beam_extinction;      ///< of sunlight and of the view ray
 };
 ExchangeOptics make_exchange_optics(const Medium& medium, const ExchangeOptions& options);
 
@@ -96,8 +96,9 @@ double cos_solar_zenith(const SunGeometry& sun, double earth_radius_km, double o
 /// current oneTBB arena; the same bytes for any number of threads.
 ///
 /// all_cells, the grid with every shell active, is needed for `rescale` only (else null).
-ExchangeResult solve_exchange(const Medium& medium, const CellGrid& grid,
-                              const CellGrid* all_cells, const DirectSunlight& sunlight, const SunGeometry& sun, const ExchangeOptics& optics,
-                              const ExchangeOptions& options, const RunControl& control);
+ExchangeResult solve_exchange(const Medium& medium, const CellGrid& grid, const CellGrid* all_cells,
+                              const DirectSunlight& sunlight, const SunGeometry& sun,
+                              const ExchangeOptics& optics, const ExchangeOptions& options,
+                              const RunControl& control);
 
 }  // namespace twilight

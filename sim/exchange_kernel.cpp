@@ -52,20 +52,20 @@ void Transmit(const float* HWY_RESTRICT t, std::size_t stride, int n_terms,
         auto depth2 = hn::Zero(d);
         int b = 0;
         for (; b + 1 < n_terms; b += 2) {
-          depth = hn::MulAdd(hn::LoadU(d, coefficients[b] + w),
-                             hn::Set(d, t[static_cast<std::size_t>(b) * stride +
-                                          static_cast<std::size_t>(k)]),
-                             depth);
-          depth2 = hn::MulAdd(hn::LoadU(d, coefficients[b + 1] + w),
-                              hn::Set(d, t[static_cast<std::size_t>(b + 1) * stride +
-                                           static_cast<std::size_t>(k)]),
-                              depth2);
+          depth = hn::MulAdd(
+              hn::LoadU(d, coefficients[b] + w),
+              hn::Set(d, t[static_cast<std::size_t>(b) * stride + static_cast<std::size_t>(k)]),
+              depth);
+          depth2 = hn::MulAdd(
+              hn::LoadU(d, coefficients[b + 1] + w),
+              hn::Set(d, t[static_cast<std::size_t>(b + 1) * stride + static_cast<std::size_t>(k)]),
+              depth2);
         }
         if (b < n_terms) {
-          depth = hn::MulAdd(hn::LoadU(d, coefficients[b] + w),
-                             hn::Set(d, t[static_cast<std::size_t>(b) * stride +
-                                          static_cast<std::size_t>(k)]),
-                             depth);
+          depth = hn::MulAdd(
+              hn::LoadU(d, coefficients[b] + w),
+              hn::Set(d, t[static_cast<std::size_t>(b) * stride + static_cast<std::size_t>(k)]),
+              depth);
         }
         depth = hn::Max(hn::Sub(hn::Add(depth, depth2), x), hn::Zero(d));
         depth = hn::Min(depth, hn::Set(d, 80.0F));
@@ -85,8 +85,8 @@ void Transmit(const float* HWY_RESTRICT t, std::size_t stride, int n_terms,
 template <class Tag>
 void MomentPass(Tag d, const float* HWY_RESTRICT value, const float* HWY_RESTRICT emit,
                 const float* HWY_RESTRICT receive, int n_samples, std::size_t lanes,
-                const float* HWY_RESTRICT cosine, const float* HWY_RESTRICT sine,
-                std::size_t row, std::size_t every, int modes, const float* HWY_RESTRICT source,
+                const float* HWY_RESTRICT cosine, const float* HWY_RESTRICT sine, std::size_t row,
+                std::size_t every, int modes, const float* HWY_RESTRICT source,
                 float* HWY_RESTRICT field) {
   const std::size_t step = hn::Lanes(d);
   for (std::size_t w = 0; w < lanes; w += step) {
@@ -150,11 +150,11 @@ void MomentPassAny(const float* value, const float* emit, const float* receive, 
                    std::size_t lanes, const float* cosine, const float* sine, std::size_t row,
                    std::size_t every, int modes, const float* source, float* field) {
   if (lanes == 8) {
-    MomentPass(hn::CappedTag<float, 8>(), value, emit, receive, n_samples, lanes, cosine, sine,
-               row, every, modes, source, field);
+    MomentPass(hn::CappedTag<float, 8>(), value, emit, receive, n_samples, lanes, cosine, sine, row,
+               every, modes, source, field);
   } else {
-    MomentPass(D(), value, emit, receive, n_samples, lanes, cosine, sine, row, every, modes,
-               source, field);
+    MomentPass(D(), value, emit, receive, n_samples, lanes, cosine, sine, row, every, modes, source,
+               field);
   }
 }
 
@@ -222,8 +222,7 @@ void FirstEvent(Tag d, const float* HWY_RESTRICT value, const float* HWY_RESTRIC
                 const double* dir_r, const double* dir_a, const double* dir_z, int n_samples,
                 int every, std::size_t lanes, int S, const float* cos_az, const float* sin_az,
                 const float* HWY_RESTRICT power, const unsigned char* lit,
-                const float* HWY_RESTRICT g, float cos_e, float sin_e,
-                float* HWY_RESTRICT field) {
+                const float* HWY_RESTRICT g, float cos_e, float sin_e, float* HWY_RESTRICT field) {
   const std::size_t step = hn::Lanes(d);
   const int half = S / 2;
   for (std::size_t w = 0; w < lanes; w += step) {
@@ -233,9 +232,9 @@ void FirstEvent(Tag d, const float* HWY_RESTRICT value, const float* HWY_RESTRIC
     const auto two_g = hn::Add(gv, gv);
     const auto three_half = hn::Set(d, 1.5F), minus_half = hn::Set(d, -0.5F);
     for (int k = 0; k < n_samples; ++k) {
-      const auto kernel = hn::Mul(
-          hn::Mul(hn::LoadU(d, value + static_cast<std::size_t>(k) * lanes + w), one_minus),
-          hn::Set(d, receive_j[k]));
+      const auto kernel =
+          hn::Mul(hn::Mul(hn::LoadU(d, value + static_cast<std::size_t>(k) * lanes + w), one_minus),
+                  hn::Set(d, receive_j[k]));
       if (receive_j[k] == 0.0F || hn::AllTrue(d, hn::Eq(kernel, hn::Zero(d)))) continue;
       const bool both = k != 0 && k != n_samples - 1;
       for (int side = 0; side < (both ? 2 : 1); ++side) {
@@ -254,8 +253,8 @@ void FirstEvent(Tag d, const float* HWY_RESTRICT value, const float* HWY_RESTRIC
           auto r = hn::ApproximateReciprocalSqrt(t);
           r = hn::Mul(r, hn::MulAdd(hn::Mul(hn::Mul(t, minus_half), r), r, three_half));
           const auto hg = hn::Mul(r, hn::Mul(r, r));
-          const auto p = hn::Mul(
-              hn::LoadU(d, power + static_cast<std::size_t>(mirror) * lanes + w), kernel);
+          const auto p =
+              hn::Mul(hn::LoadU(d, power + static_cast<std::size_t>(mirror) * lanes + w), kernel);
           float* f = field + static_cast<std::size_t>(j) * lanes + w;
           hn::StoreU(hn::MulAdd(p, hg, hn::LoadU(d, f)), d, f);
         }
@@ -266,15 +265,15 @@ void FirstEvent(Tag d, const float* HWY_RESTRICT value, const float* HWY_RESTRIC
 
 void FirstEventAny(const float* value, const float* receive_j, const double* dir_r,
                    const double* dir_a, const double* dir_z, int n_samples, int every,
-                   std::size_t lanes, int S, const float* cos_az, const float* sin_az, const float* power,
-                   const unsigned char* lit, const float* g, float cos_e, float sin_e,
-                   float* field) {
+                   std::size_t lanes, int S, const float* cos_az, const float* sin_az,
+                   const float* power, const unsigned char* lit, const float* g, float cos_e,
+                   float sin_e, float* field) {
   if (lanes == 8) {
     FirstEvent(hn::CappedTag<float, 8>(), value, receive_j, dir_r, dir_a, dir_z, n_samples, every,
                lanes, S, cos_az, sin_az, power, lit, g, cos_e, sin_e, field);
   } else {
-    FirstEvent(D(), value, receive_j, dir_r, dir_a, dir_z, n_samples, every, lanes, S, cos_az, sin_az,
-               power, lit, g, cos_e, sin_e, field);
+    FirstEvent(D(), value, receive_j, dir_r, dir_a, dir_z, n_samples, every, lanes, S, cos_az,
+               sin_az, power, lit, g, cos_e, sin_e, field);
   }
 }
 
@@ -324,8 +323,7 @@ Sight line_of_sight(double earth_radius, const RingPoint& low, const RingPoint& 
   if (s.s_low < 0) {
     const double r = earth_radius + low.altitude_km;
     const double p2 = r * r - s.s_low * s.s_low;
-    const double perigee =
-        low.altitude_km - s.s_low * s.s_low / (r + std::sqrt(std::max(0.0, p2)));
+    const double perigee = low.altitude_km - s.s_low * s.s_low / (r + std::sqrt(std::max(0.0, p2)));
     s.blocked = perigee < -1e-9;
   }
   return s;
@@ -385,7 +383,8 @@ ExchangeMedium make_exchange_medium(const Medium& medium, std::size_t lanes,
   m.wavelengths = W;
   m.largest.assign(n, 0.0);
   for (std::size_t i = 0; i < n; ++i) {
-    for (std::size_t w = 0; w < W; ++w) m.largest[i] = std::max(m.largest[i], extinction_per_km(i, w));
+    for (std::size_t w = 0; w < W; ++w)
+      m.largest[i] = std::max(m.largest[i], extinction_per_km(i, w));
   }
   m.extinction.assign(n * lanes, 0.0F);
   m.step.assign((n + 1) * lanes, 0.0F);
@@ -473,8 +472,8 @@ void ring_pair_kernel(const ExchangeMedium& medium, const RingPoint& source,
       s_dip[k] = s_low[k];
       const double r = R + low.altitude_km;
       const double p2 = r * r - sight.s_low * sight.s_low;
-      lowest = std::min(lowest, low.altitude_km - sight.s_low * sight.s_low /
-                                                      (r + std::sqrt(std::max(0.0, p2))));
+      lowest = std::min(
+          lowest, low.altitude_km - sight.s_low * sight.s_low / (r + std::sqrt(std::max(0.0, p2))));
     }
     const auto weight = static_cast<double>(out.weight(k));
     geometry[k] = static_cast<float>(geometry_factor(sight.distance2, source, target, dir));
@@ -625,15 +624,14 @@ std::vector<double> ring_pair_kernel_scalar(const ExchangeMedium& medium, const 
         const double hi = std::clamp(b1, low.altitude_km, high.altitude_km);
         depth += ext * (s_at(hi) - s_at(lo));
         if (sight.s_low < 0) {
-          depth += 2 * ext *
-                   (s_at(std::min(b1, low.altitude_km)) - s_at(std::min(b0, low.altitude_km)));
+          depth +=
+              2 * ext * (s_at(std::min(b1, low.altitude_km)) - s_at(std::min(b0, low.altitude_km)));
         }
       }
       if (source.half_depth != nullptr) depth -= source.half_depth[w];
       if (target.half_depth != nullptr) depth -= target.half_depth[w];
-      const SightDirection dir =
-          sight_direction(source, target, std::sqrt(sight.distance2), std::sin(step * k),
-                          std::sin(0.5 * step * k));
+      const SightDirection dir = sight_direction(source, target, std::sqrt(sight.distance2),
+                                                 std::sin(step * k), std::sin(0.5 * step * k));
       value[static_cast<std::size_t>(k) * medium.lanes + w] =
           geometry_factor(sight.distance2, source, target, dir) *
           std::exp(-std::clamp(depth, 0.0, 80.0));
@@ -701,8 +699,7 @@ void moment_pass_scalar(const RingPairKernel& kernel, const AzimuthModes& modes,
   }
 }
 
-void cosine_transform(const RingPairKernel& kernel, const AzimuthModes& modes,
-                      float* mode_kernel) {
+void cosine_transform(const RingPairKernel& kernel, const AzimuthModes& modes, float* mode_kernel) {
   alignas(64) float weight[512];
   for (int k = 0; k < kernel.samples; ++k) {
     const auto row = static_cast<std::size_t>(k) * kMoments;
@@ -735,9 +732,9 @@ void first_event_pass(const RingPairKernel& kernel, int azimuth_divisions, const
   }
   HWY_DYNAMIC_DISPATCH(FirstEventAny)
   (kernel.value, receive_j, kernel.dir_r.data(), kernel.dir_a.data(), kernel.dir_z.data(),
-   kernel.samples, kernel.every, kernel.lanes, azimuth_divisions, cos_az, sin_az, power, lit, asymmetry,
-   static_cast<float>(std::cos(sun_elevation_rad)), static_cast<float>(std::sin(sun_elevation_rad)),
-   field);
+   kernel.samples, kernel.every, kernel.lanes, azimuth_divisions, cos_az, sin_az, power, lit,
+   asymmetry, static_cast<float>(std::cos(sun_elevation_rad)),
+   static_cast<float>(std::sin(sun_elevation_rad)), field);
 }
 
 void first_event_pass_scalar(const RingPairKernel& kernel, int azimuth_divisions,
@@ -764,9 +761,9 @@ void first_event_pass_scalar(const RingPairKernel& kernel, int azimuth_divisions
       for (std::size_t w = 0; w < lanes; ++w) {
         const double g = asymmetry[w];
         const double hg = (1 - g * g) / std::pow(1 + g * g - 2 * g * cosine, 1.5);
-        field[static_cast<std::size_t>(j) * lanes + w] += static_cast<float>(
-            hg * kernel.value[k * lanes + w] * received *
-            power[static_cast<std::size_t>(mirror) * lanes + w]);
+        field[static_cast<std::size_t>(j) * lanes + w] +=
+            static_cast<float>(hg * kernel.value[k * lanes + w] * received *
+                               power[static_cast<std::size_t>(mirror) * lanes + w]);
       }
     }
   }

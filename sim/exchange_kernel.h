@@ -49,24 +49,24 @@ constexpr int kEvenMoments = 6;
 /// Cosines and sines of m k d for the azimuthal modes m of a ring.
 struct AzimuthModes {
   int divisions = 0, samples = 0, modes = 0;
-  std::vector<float> cosine, sine;  ///< [mode][sample]
+  std::vector<float> cosine, sine;              ///< [mode][sample]
   std::vector<double> sin_step, sin_half_step;  ///< [sample]: sin(k d), sin(k d / 2)
   AzimuthModes(int azimuth_divisions, int modes);
 };
 
 /// Azimuth samples 0..S/2 of a ring pair, with everything a pass needs.
 struct RingPairKernel {
-  int samples = 0;            ///< (S/2)/every + 1
-  int every = 1;              ///< azimuth differences used: every so many divisions
-  int modes = 1;              ///< azimuthal modes that the pair couples noticeably
+  int samples = 0;  ///< (S/2)/every + 1
+  int every = 1;    ///< azimuth differences used: every so many divisions
+  int modes = 1;    ///< azimuthal modes that the pair couples noticeably
   std::size_t lanes = 0;
-  const float* value = nullptr;  ///< [sample][lane]: transmittance / (4 pi d^2), km^-2
-  std::vector<float> own_value;  ///< where value points unless it was given
-  std::vector<float> emit;    ///< [sample][kMoments]: weights of the source's moments
-  std::vector<float> receive; ///< [sample][kMoments]: what the target's moments gain
+  const float* value = nullptr;             ///< [sample][lane]: transmittance / (4 pi d^2), km^-2
+  std::vector<float> own_value;             ///< where value points unless it was given
+  std::vector<float> emit;                  ///< [sample][kMoments]: weights of the source's moments
+  std::vector<float> receive;               ///< [sample][kMoments]: what the target's moments gain
   std::vector<double> dir_r, dir_a, dir_z;  ///< direction source to target in the source's frame
   std::vector<float> crossing;
-  bool dark = false;          ///< nothing passes between the rings (less than e^-30 of the light)
+  bool dark = false;  ///< nothing passes between the rings (less than e^-30 of the light)
   float weight(int sample) const {  ///< of a sample in the sum around the ring
     return static_cast<float>(every) * (sample == 0 || sample == samples - 1 ? 1.0F : 2.0F);
   }
@@ -76,9 +76,9 @@ struct RingPairKernel {
 
 /// Mean of 1/d^2 over two extended cells, as 1/(distance^2 * result). With P and p the summed
 /// variances of both cells across and along the line of sight over d^2, the mean is
-/// 1 / (d^2 (1 + P / (1 + sqrt(P)/2) - min(3 p, 0.6))): expansion to second order for P, p << 1, and
-/// fitted to the exact mean for touching cubes, rods 4:1:1 and plates 4:4:1 and 10:10:1 (within 20 %,
-/// where the bare 1/d^2 is up to a factor 10 wrong).
+/// 1 / (d^2 (1 + P / (1 + sqrt(P)/2) - min(3 p, 0.6))): expansion to second order for P, p << 1,
+/// and fitted to the exact mean for touching cubes, rods 4:1:1 and plates 4:4:1 and 10:10:1 (within
+/// 20 %, where the bare 1/d^2 is up to a factor 10 wrong).
 double near_field_factor(double across_over_d2, double along_over_d2);
 
 /// How finely the exchange between two rings must be sampled in azimuth.

@@ -23,8 +23,7 @@ void March(Tag d, const GatherMarch& ray, const GatherOptics& o, float* radiance
     auto t = hn::LoadU(d, transmittance + w);
     // P2(cos) of air: 1 + 5 x2 P2.
     const float p2 = 1.5F * ray.cosine * ray.cosine - 0.5F;
-    const auto air_phase =
-        hn::MulAdd(hn::LoadU(d, o.rayleigh_x2 + w), hn::Set(d, 5.0F * p2), one);
+    const auto air_phase = hn::MulAdd(hn::LoadU(d, o.rayleigh_x2 + w), hn::Set(d, 5.0F * p2), one);
     int layer = -1;
     auto scatter = hn::Zero(d), extinction = hn::Zero(d), inverse = hn::Zero(d);
     for (int i = 0; i < ray.steps; ++i) {
@@ -34,11 +33,17 @@ void March(Tag d, const GatherMarch& ray, const GatherOptics& o, float* radiance
         const std::size_t at = static_cast<std::size_t>(layer) * L + w;
         const auto g = hn::LoadU(d, o.asymmetry + at);
         const auto g2 = hn::Mul(g, g);
-        const auto base = hn::Add(
-            hn::NegMulAdd(hn::Add(g, g), hn::Set(d, ray.cosine), one), g2);
+        const auto base = hn::Add(hn::NegMulAdd(hn::Add(g, g), hn::Set(d, ray.cosine), one), g2);
         const auto hg = hn::Div(hn::Sub(one, g2), hn::Mul(base, hn::Sqrt(base)));
         scatter = hn::MulAdd(hn::LoadU(d, o.aerosol + at), hg,
                              hn::Mul(hn::LoadU(d, o.air + at), air_phase));
+        if (o.s0 != nullptr) {
+          scatter =
+              hn::MulAdd(hn::LoadU(d, o.s1 + at), hn::Set(d, ray.cosine), hn::LoadU(d, o.s0 + at));
+          scatter = hn::MulAdd(hn::LoadU(d, o.s2 + at),
+                               hn::Set(d, ray.cosine * ray.cosine - 1.0F / 3), scatter);
+          scatter = hn::Max(scatter, hn::Zero(d));
+        }
         scatter = hn::Mul(scatter, hn::Set(d, kInv4Pi));
         extinction = hn::LoadU(d, o.extinction + at);
         inverse = hn::Div(one, hn::Max(extinction, hn::Set(d, 1e-30F)));
@@ -52,8 +57,8 @@ void March(Tag d, const GatherMarch& ray, const GatherOptics& o, float* radiance
       const auto weight = hn::IfThenElse(hn::Lt(depth, hn::Set(d, 2e-3F)), thin, thick);
       auto source = hn::LoadU(d, ray.multiple.data() + step * L + w);
       if (ray.lit[step]) {
-        const auto sun = hn::Min(hn::LoadU(d, ray.sun_depth.data() + step * L + w),
-                                 hn::Set(d, 85.0F));
+        const auto sun =
+            hn::Min(hn::LoadU(d, ray.sun_depth.data() + step * L + w), hn::Set(d, 85.0F));
         source = hn::MulAdd(hn::Exp(d, hn::Neg(sun)), scatter, source);
       }
       sum = hn::MulAdd(hn::Mul(t, weight), source, sum);
@@ -134,7 +139,11 @@ void march_scalar(const GatherMarch& ray, const GatherOptics& o, float* radiance
       const double g = o.asymmetry[at];
       const double hg = (1 - g * g) / std::pow(1 + g * g - 2 * g * c, 1.5);
       const double rayleigh = 1 + 5.0 * o.rayleigh_x2[w] * (1.5 * c * c - 0.5);
-      const double scatter = (o.aerosol[at] * hg + o.air[at] * rayleigh) * 0.079577471545947668;
+      double scatter = (o.aerosol[at] * hg + o.air[at] * rayleigh) * 0.079577471545947668;
+      if (o.s0 != nullptr) {
+        scatter = std::max(0.0, o.s0[at] + o.s1[at] * c + o.s2[at] * (c * c - 1.0 / 3)) *
+                  0.079577471545947668;
+      }
       const double depth = static_cast<double>(o.extinction[at]) * ray.length_km[i];
       const double weight =
           depth > 0 ? -std::expm1(-depth) / depth * ray.length_km[i] : ray.length_km[i];

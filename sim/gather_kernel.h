@@ -12,10 +12,10 @@ struct GatherMarch {
   int steps = 0;
   std::vector<float> length_km;
   std::vector<int> layer;
-  std::vector<float> sun_depth;     ///< [step][lane]; kShadow where no sunlight arrives
-  std::vector<float> multiple;      ///< [step][lane] emission of multiply scattered light, km^-1 sr^-1
-  float cosine = 0;                 ///< of the single-scattering angle (the unrefracted view)
-  std::vector<unsigned char> lit;   ///< [step]
+  std::vector<float> sun_depth;  ///< [step][lane]; kShadow where no sunlight arrives
+  std::vector<float> multiple;   ///< [step][lane] emission of multiply scattered light, km^-1 sr^-1
+  float cosine = 0;              ///< of the single-scattering angle (the unrefracted view)
+  std::vector<unsigned char> lit;  ///< [step]
 };
 
 /// Per-layer coefficients, [layer][lane], km^-1.
@@ -25,6 +25,11 @@ struct GatherOptics {
   const float* aerosol = nullptr;
   const float* asymmetry = nullptr;
   const float* rayleigh_x2 = nullptr;  ///< [lane]
+  /// Given, sunlight is scattered by (s0 + s1 cos + s2 (cos^2 - 1/3)) / (4 pi) instead: the
+  /// truncated phase function, whose forward peak stays in the beam.
+  const float* s0 = nullptr;
+  const float* s1 = nullptr;
+  const float* s2 = nullptr;
 };
 
 /// radiance[lane] += sum over steps of T (E p beta + multiple) (1 - exp(-tau)) / beta_e;

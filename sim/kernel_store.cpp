@@ -19,9 +19,8 @@ KernelStore::KernelStore(const ExchangeMedium& medium, const std::vector<RingPoi
   lit_.assign(count, 0);
   tbb::parallel_for(std::size_t{0}, n, [&](std::size_t a) {
     for (std::size_t b = 0; b <= a; ++b) {
-      sampling_[pair(a, b)] =
-          azimuth_sampling(medium, points[a], points[b], azimuth.divisions, azimuth.modes,
-                           tolerance);
+      sampling_[pair(a, b)] = azimuth_sampling(medium, points[a], points[b], azimuth.divisions,
+                                               azimuth.modes, tolerance);
     }
   });
   for (std::size_t a = 0; a < n; ++a) {
@@ -30,8 +29,8 @@ KernelStore::KernelStore(const ExchangeMedium& medium, const std::vector<RingPoi
       offset_[p] = size_;
       mode_offset_[p] = mode_count_;
       if (a >= air_rings && b >= air_rings) continue;  // the ground is convex
-      size_ += static_cast<std::size_t>(azimuth.divisions / 2 / sampling_[p].every + 1) *
-               medium.lanes;
+      size_ +=
+          static_cast<std::size_t>(azimuth.divisions / 2 / sampling_[p].every + 1) * medium.lanes;
       mode_count_ += static_cast<std::size_t>(sampling_[p].modes);
     }
   }
@@ -51,8 +50,7 @@ std::uint64_t KernelStore::evaluate(const std::function<RingPairKernel*()>& kern
       for (std::size_t b = 0; b <= a; ++b) {
         if (a >= air_rings_ && b >= air_rings_) continue;
         const std::size_t p = pair(a, b);
-        ring_pair_kernel(medium_, points_[b], points_[a], azimuth_, sampling_[p], a == b, false,
-                         k);
+        ring_pair_kernel(medium_, points_[b], points_[a], azimuth_, sampling_[p], a == b, false, k);
         count += static_cast<std::uint64_t>(k.samples);
         lit_[p] = k.dark ? 0 : 1;
         if (keep && !k.dark) {
@@ -72,8 +70,7 @@ bool KernelStore::fetch(std::size_t source, std::size_t target, bool moments,
   const std::size_t p = pair(source, target);
   if (lit_[p] == 0) return false;
   ring_pair_kernel(medium_, points_[source], points_[target], azimuth_, sampling_[p],
-                   source == target, moments, out,
-                   values_ ? values_.get() + offset_[p] : nullptr);
+                   source == target, moments, out, values_ ? values_.get() + offset_[p] : nullptr);
   return true;
 }
 

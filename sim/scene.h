@@ -19,8 +19,8 @@ struct ObserverOptions {
 
 struct SunOptions {
   std::optional<double> elevation_deg;  ///< geometric (no refraction), -90..90
-  double azimuth_deg = 180.0;           ///< clockwise from north; only with elevation_deg. South: the
-                                        ///< middle of a lat-long map
+  double azimuth_deg = 180.0;  ///< clockwise from north; only with elevation_deg. South: the
+                               ///< middle of a lat-long map
   /// "gueymard2004", "kurucz1992", "astm_g173", "tsis1_hsrs" or "unit" (1 W m^-2 nm^-1).
   /// Gueymard (2004) covers 280..1000 nm and agrees with TSIS-1 within about 1 %.
   std::string spectrum = "gueymard2004";
@@ -43,14 +43,15 @@ struct AtmosphereOptions {
   /// "graded" (equal steps of the integral of density^(1/4): fine below, never
   /// coarse above), "equal-air-mass" (the paper's recursion), "even".
   std::string layer_spacing = "graded";
-  std::string layer_optics = "mean";  ///< of the density over each layer, or at its "centre" (the paper)
-  std::optional<double> ozone_du;      ///< 0..1000; unset: the profile's own column, 300 for
-                                       ///< "exponential"
-  std::string ozone = "layered";       ///< "layered" (slant path) or "vertical" (the paper's filter)
-  bool refraction = true;              ///< of sunlight and of view rays
+  std::string layer_optics =
+      "mean";  ///< of the density over each layer, or at its "centre" (the paper)
+  std::optional<double> ozone_du;  ///< 0..1000; unset: the profile's own column, 300 for
+                                   ///< "exponential"
+  std::string ozone = "layered";   ///< "layered" (slant path) or "vertical" (the paper's filter)
+  bool refraction = true;          ///< of sunlight and of view rays
   std::string refractive_index = "ciddor";  ///< "ciddor" or "haber2005" (the formula as printed)
   /// King factor of air ("king"), or one depolarisation ratio in [0, 6/7)
-  std::optional<double> depolarisation;     ///< unset = "king"
+  std::optional<double> depolarisation;       ///< unset = "king"
   std::optional<std::string> optical_layers;  ///< CSV that replaces profile and aerosols; relative
                                               ///< to the scene file
 };
@@ -60,8 +61,8 @@ struct AerosolOptions {
   /// continental_polluted, urban, desert, maritime_clean, maritime_polluted,
   /// maritime_tropical, arctic, antarctic
   std::string type = "continental_average";
-  double relative_humidity_percent = 80.0;       ///< of the mixing layer, 0..99
-  std::optional<double> optical_depth_550nm;     ///< 0..10: scales the whole aerosol column to this
+  double relative_humidity_percent = 80.0;    ///< of the mixing layer, 0..99
+  std::optional<double> optical_depth_550nm;  ///< 0..10: scales the whole aerosol column to this
 };
 
 struct SpectrumOptions {
@@ -72,19 +73,19 @@ struct SpectrumOptions {
 
 struct SolverOptions {
   std::string method = "cells";
-  int azimuth_divisions = 120;    ///< S, even, 8..360; 120 = the paper's 3 degrees
-  int scattering_orders = 8;      ///< 1..50 scattering events followed
-  int active_shell_stride = 4;    ///< 1..32; 1 = every shell exchanges
+  int azimuth_divisions = 120;  ///< S, even, 8..360; 120 = the paper's 3 degrees
+  int scattering_orders = 8;    ///< 1..50 scattering events followed
+  int active_shell_stride = 4;  ///< 1..32; 1 = every shell exchanges
   /// "quadrature": an active shell carries the weight of the passive ones it
   /// stands for; "rescale": the paper's ratio of total to active power (Sec. 5).
   std::string active_shell_weighting = "quadrature";
-  double inner_radius_m = 1000.0;  ///< 1..10000; 100 reproduces the paper's shell counts
+  double inner_radius_m = 1000.0;      ///< 1..10000; 100 reproduces the paper's shell counts
   std::string air_phase = "rayleigh";  ///< "rayleigh" or "isotropic" (the paper) in every order
   /// "truncated" (delta-M, degree 2, every event) or "similarity" (the paper: Henyey-Greenstein
   /// for the first event, then isotropic with everything scaled by 1 - g, Eq. 2)
   std::string aerosol_phase = "truncated";
   bool ground_light = true;  ///< the ground's reflection lights the air; false: dropped (the paper)
-  std::string cell_optics = "mean";    ///< "mean" over the cell, or "centre" (the paper)
+  std::string cell_optics = "mean";  ///< "mean" over the cell, or "centre" (the paper)
   /// No exchange cell taller than this: rings of far shells are divided in
   /// elevation. 0 = never (the paper).
   double cell_height_km = 4.0;

@@ -30,9 +30,8 @@ void add_aerosols(Medium& medium, const std::vector<AerosolLayer>& aerosols, dou
       double scattering = 0, absorption = 0, forward = 0;
       for (const AerosolLayer& a : aerosols) {
         const bool inside = z >= a.bottom_km && z < a.top_km;
-        const double p =
-            factor * (centre ? (inside ? std::exp(-z / a.scale_height_km) : 0.0)
-                             : mean_profile(a, z0, z1));
+        const double p = factor * (centre ? (inside ? std::exp(-z / a.scale_height_km) : 0.0)
+                                          : mean_profile(a, z0, z1));
         scattering += p * a.scattering_per_km[w];
         absorption += p * a.absorption_per_km[w];
         forward += p * a.scattering_per_km[w] * a.asymmetry[w];
@@ -94,9 +93,8 @@ SceneModel build_scene_model(const Scene& scene) {
     if (scene.aerosols.optical_depth_550nm && !aerosols.empty()) {
       const double at_550[] = {550.0};
       double depth = 0;
-      for (const AerosolLayer& a :
-           opac_aerosol_layers(scene.aerosols.type, scene.aerosols.relative_humidity_percent,
-                               at_550)) {
+      for (const AerosolLayer& a : opac_aerosol_layers(
+               scene.aerosols.type, scene.aerosols.relative_humidity_percent, at_550)) {
         depth += optical_depth(a, 0);
       }
       factor = *scene.aerosols.optical_depth_550nm / depth;

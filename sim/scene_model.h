@@ -17,8 +17,8 @@ struct SceneModel {
   double sun_elevation_rad = 0.0;  ///< geometric (without refraction), topocentric
   double sun_azimuth_rad = 0.0;    ///< clockwise from north
   double sun_distance_au = 1.0;
-  Medium medium;                          ///< earth_radius_km included
-  std::vector<double> solar_irradiance;   ///< at the actual distance, W m^-2 nm^-1, per wavelength
+  Medium medium;                         ///< earth_radius_km included
+  std::vector<double> solar_irradiance;  ///< at the actual distance, W m^-2 nm^-1, per wavelength
 };
 
 /// Resolves a valid scene. Throws std::invalid_argument (value and range named) where

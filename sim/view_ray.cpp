@@ -41,8 +41,7 @@ ViewPath trace_view(const Medium& medium, std::size_t wavelength, bool refractio
     const double lower = R + b[idx(layer)], upper = R + b[idx(layer) + 1];
     const bool down = s0 < 0 && p < lower && (r > lower || layer == 0);
     const double target = down ? lower : upper;
-    const double s1 =
-        (down ? -1.0 : 1.0) * std::sqrt(std::max(0.0, (target - p) * (target + p)));
+    const double s1 = (down ? -1.0 : 1.0) * std::sqrt(std::max(0.0, (target - p) * (target + p)));
     const double length = s1 - s0;
     if (length > 0) {
       // Altitude bends most near the perigee; a part is short enough to be straight in it.
@@ -120,10 +119,10 @@ int ViewGather::corners(const ViewStep& step, int j0, int j1, float f, Corner* o
   const auto hi = static_cast<std::size_t>(it - shells_.begin());
   std::size_t a = hi == 0 ? 0 : hi - 1;
   std::size_t b = std::min(hi, shells_.size() - 1);
-  const double t = a == b ? 0.0
-                          : std::clamp((log_r - shells_[a].log_r) /
-                                           (shells_[b].log_r - shells_[a].log_r),
-                                       0.0, 1.0);
+  const double t =
+      a == b ? 0.0
+             : std::clamp((log_r - shells_[a].log_r) / (shells_[b].log_r - shells_[a].log_r), 0.0,
+                          1.0);
   int n = 0;
   const auto add = [&](const ShellRows& s, double weight) {
     if (weight <= 0) return;
@@ -161,12 +160,13 @@ void ViewGather::multiple_emission(const ViewStep& step, int node, float* out) c
   }
   const std::size_t at = idx(step.layer) * L;
   const ExchangeOptics& o = *in_.optics;
-  cell_emission(fields, weights, n, in_.exchange->field.moments, L, &o.s0[at], &o.s1[at],
-                &o.s2[at], static_cast<float>(-step.dir_r), static_cast<float>(-step.dir_z), out);
+  cell_emission(fields, weights, n, in_.exchange->field.moments, L, &o.s0[at], &o.s1[at], &o.s2[at],
+                static_cast<float>(-step.dir_r), static_cast<float>(-step.dir_z), out);
 }
 
 void ViewGather::radiance(double elevation_rad, double relative_azimuth_rad, float* out,
-                          bool multiple) const {
+                          Light light) const {
+  const bool multiple = light != Light::kSingle;
   const Medium& m = *in_.medium;
   const ExchangeOptics& o = *in_.optics;
   const std::size_t L = o.lanes;
@@ -175,8 +175,8 @@ void ViewGather::radiance(double elevation_rad, double relative_azimuth_rad, flo
   double azimuth = std::remainder(relative_azimuth_rad, 2 * kPi);
   azimuth = std::abs(azimuth);
   const std::size_t middle = m.wavelengths() / 2;
-  const ViewPath path = trace_view(m, middle, in_.refraction, in_.observer_height_km,
-                                   elevation_rad, in_.max_step_km);
+  const ViewPath path =
+      trace_view(m, middle, in_.refraction, in_.observer_height_km, elevation_rad, in_.max_step_km);
   const int S = in_.grid->azimuth_divisions();
   const double node = azimuth / (2 * kPi) * S;
   const int j0 = std::min(static_cast<int>(node), S / 2);
@@ -205,12 +205,12 @@ void ViewGather::radiance(double elevation_rad, double relative_azimuth_rad, flo
     const ViewStep& step = path.steps[i];
     ray.length_km[i] = static_cast<float>(step.length_km);
     ray.layer[i] = step.layer;
-    const double cos_z = std::clamp(
-        (towards_sun * step.rho_km + sun_up * (R + in_.observer_height_km + step.z_km)) /
-            (R + step.altitude_km),
-        -1.0, 1.0);
-    ray.lit[i] = in_.sunlight->optical_depth(step.altitude_km, std::acos(cos_z),
-                                             &ray.sun_depth[i * L]);
+    const double cos_z =
+        std::clamp((towards_sun * step.rho_km + sun_up * (R + in_.observer_height_km + step.z_km)) /
+                       (R + step.altitude_km),
+                   -1.0, 1.0);
+    ray.lit[i] =
+        in_.sunlight->optical_depth(step.altitude_km, std::acos(cos_z), &ray.sun_depth[i * L]);
     if (!with_cells) continue;
     const int n = corners(step, j0, j1, f, corner);
     for (int k = 0; k < n; ++k) {
@@ -225,9 +225,14 @@ void ViewGather::radiance(double elevation_rad, double relative_azimuth_rad, flo
   }
   std::fill(out, out + L, 0.0F);
   std::vector<float> transmittance(L, 1.0F);
-  march(ray, {beam_extinction_.data(), o.air.data(), o.aerosol.data(), o.asymmetry.data(),
-              o.rayleigh_x2.data()},
-        out, transmittance.data());
+  GatherOptics coefficients{beam_extinction_.data(), o.air.data(), o.aerosol.data(),
+                            o.asymmetry.data(), o.rayleigh_x2.data()};
+  if (light == Light::kTruncated) {
+    coefficients.s0 = o.s0.data();
+    coefficients.s1 = o.s1.data();
+    coefficients.s2 = o.s2.data();
+  }
+  march(ray, coefficients, out, transmittance.data());
 
   if (path.hits_ground && in_.ground_albedo > 0) {
     const double rho = R * std::sin(path.ground_angle_rad);

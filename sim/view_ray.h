@@ -17,8 +17,8 @@ struct ViewStep {
   int layer = 0;
   double length_km = 0;
   double altitude_km = 0;
-  double rho_km = 0, z_km = 0;     ///< midpoint about the observer's vertical axis
-  double dir_r = 0, dir_z = 0;     ///< unit tangent, away from the observer
+  double rho_km = 0, z_km = 0;  ///< midpoint about the observer's vertical axis
+  double dir_r = 0, dir_z = 0;  ///< unit tangent, away from the observer
 };
 
 struct ViewPath {
@@ -55,10 +55,16 @@ class ViewGather {
  public:
   explicit ViewGather(const GatherInputs& inputs);
 
-  /// Radiance per unit solar irradiance, sr^-1, [lane]. `multiple` false leaves
-  /// single scattering (and the ground's reflection of direct light) alone.
+  enum class Light {
+    kAll,        ///< single scattering by the whole phase function, and multiple scattering
+    kSingle,     ///< single scattering (and the ground's reflection of direct light) alone
+    kTruncated,  ///< as kAll, single scattering by the truncated phase function: the sky that,
+                 ///< with the beam less extinguished, carries exactly the energy of the exchange
+  };
+
+  /// Radiance per unit solar irradiance, sr^-1, [lane].
   void radiance(double elevation_rad, double relative_azimuth_rad, float* out,
-                bool multiple = true) const;
+                Light light = Light::kAll) const;
 
   /// Emission of multiply scattered light towards the observer at a point of a ray at azimuth
   /// node j, km^-1 sr^-1 per unit irradiance, [lane].

@@ -22,17 +22,20 @@ Medium air(double top_km, int layers, double radius_km = 6371.0) {
 }
 
 // Haber et al. (2005), Sec. 4.1.3: "101 shells for S = 72 and 252 shells for S = 180" with
-// Rmax = 670 km. Their rule, shells until r_j >= Rmax, gives those from an innermost radius of
-// 100 m, but for one shell: 252 shells at S = 180 end at 661.6 km, so that it takes a 253rd. (From
-// the 10 m that the section names it would be 128 and 319.)
-TEST(ShellCount, MatchesHaber2005WithinAShell) {
+// Rmax = 670 km: from an innermost radius of 100 m, shells whose centre lies within Rmax.
+TEST(ShellCount, MatchesHaber2005) {
   const double outer = outer_radius_km(air(35, 1), 0);
   EXPECT_NEAR(outer, std::sqrt(35.0 * 35.0 + 2 * 6371.0 * 35.0), 1e-9);
   EXPECT_NEAR(outer, 670, 5);
   EXPECT_EQ(shell_count(72, 0.1, outer), 101);
-  EXPECT_NEAR(shell_count(180, 0.1, outer), 252, 1);
-  EXPECT_EQ(shell_count(72, 0.01, outer), 128);
-  EXPECT_EQ(shell_count(180, 0.01, outer), 319);
+  EXPECT_EQ(shell_count(180, 0.1, outer), 252);
+}
+
+// The 10 m of the paper's text, with its rule to the letter, give other counts than its own.
+TEST(ShellCount, TenMetresGiveMoreShellsThanThePaperCounts) {
+  const double outer = outer_radius_km(air(35, 1), 0);
+  EXPECT_EQ(shells_to_cover(72, 0.01, outer), 128);
+  EXPECT_EQ(shells_to_cover(180, 0.01, outer), 319);
 }
 
 // r_j = r_0 q^j until r_j >= r_max: the last shell reaches r_max, the one before does not.
@@ -40,9 +43,12 @@ TEST(ShellCount, LastShellReachesOuterRadius) {
   for (const int divisions : {8, 36, 72, 180, 360}) {
     const double d = 2 * kPi / divisions, q = (1 + d / 2) / (1 - d / 2);
     for (const double outer : {10.0, 668.7, 1200.0}) {
-      const int n = shell_count(divisions, 0.1, outer);
+      const int n = shells_to_cover(divisions, 0.1, outer);
       EXPECT_GE(0.1 * std::pow(q, n), outer * (1 - 1e-9));
       EXPECT_LT(0.1 * std::pow(q, n - 1), outer);
+      const int counted = shell_count(divisions, 0.1, outer);
+      EXPECT_TRUE(counted == n || counted == n - 1);
+      EXPECT_LE(0.1 * std::pow(q, counted - 1) * (1 + q) / 2, outer);
     }
   }
 }
