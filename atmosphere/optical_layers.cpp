@@ -29,6 +29,9 @@ constexpr std::string_view kHeader =
     "aerosol_asymmetry,absorption_per_km";
 constexpr std::size_t kMostLayers = 500;
 constexpr double kHighestKm = 500.0;
+// A kilometre of cloud has 100; beyond, single precision and the forward peak give out.
+constexpr double kLargestPerKm = 1000.0;
+constexpr double kLargestAsymmetry = 0.999;
 constexpr double kWavelengthToleranceNm = 1e-6;
 
 struct Row {
@@ -124,13 +127,16 @@ class Reader {
         fail(row, column, "a finite number");
       }
       const double v = row.value[c];
-      if (column == kAsymmetry                      ? !(v > -1.0 && v < 1.0)
+      const bool height = column == kTop || column == kBottom;
+      if (column == kAsymmetry                      ? !(std::abs(v) <= kLargestAsymmetry)
           : column == kWavelength || column == kTop ? !(v > 0.0)
-                                                    : !(v >= 0.0)) {
+          : height                                  ? !(v >= 0.0)
+                                                    : !(v >= 0.0 && v <= kLargestPerKm)) {
         fail(row, column,
-             column == kAsymmetry                      ? "above -1 and below 1"
+             column == kAsymmetry                      ? "-0.999..0.999"
              : column == kWavelength || column == kTop ? "above 0"
-                                                       : "0 or above");
+             : height                                  ? "0 or above"
+                                                       : "0..1000 per km");
       }
     }
     if (!(row.value[kTop] > row.value[kBottom])) {

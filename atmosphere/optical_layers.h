@@ -13,8 +13,8 @@ namespace twilight {
 /// `bottom_km,top_km,wavelength_nm,air_scattering_per_km,aerosol_scattering_per_km,
 /// aerosol_asymmetry,absorption_per_km` (one line, no blanks). Lines that start with '#' and blank
 /// lines are skipped. One block of rows per wavelength; in each the same 1..500 layers from 0 km
-/// upwards without gaps, to 500 km at most. Coefficients are finite and >= 0, asymmetry within
-/// (-1, 1).
+/// upwards without gaps, to 500 km at most. Coefficients are 0..1000 per km, asymmetry
+/// -0.999..0.999.
 ///
 /// The medium holds wavelength_nm_wanted (strictly increasing; each in the file to 1e-6 nm), or
 /// every wavelength of the file in increasing order when that is empty. Absorption goes to

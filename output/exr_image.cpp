@@ -117,7 +117,8 @@ Imf::Header header_for(const SkyImage& image, Projection projection) {
   Imf::Header header(image.width, image.height);
   header.compression() = Imf::ZIP_COMPRESSION;
   header.lineOrder() = Imf::INCREASING_Y;
-  if (projection == Projection::kLatLong) Imf::addEnvmap(header, Imf::ENVMAP_LATLONG);
+  // OpenEXR's own `envmap` attribute would say that samples lie on the map's border.
+  header.insert("projection", Imf::StringAttribute(std::string(projection_name(projection))));
   return header;
 }
 
@@ -133,9 +134,8 @@ void add_channels(Imf::Header& header, Imf::FrameBuffer& frame, const SkyImage& 
   }
 }
 
-void write_file(const std::filesystem::path& path, const Imf::Header& header,
-                const Imf::FrameBuffer& frame, int height) {
-  AtomicFile file(path);
+void write_file(AtomicFile& file, const Imf::Header& header, const Imf::FrameBuffer& frame,
+                int height) {
   CheckedStream stream(file);
   try {
     Imf::OutputFile output(stream, header);
@@ -146,7 +146,6 @@ void write_file(const std::filesystem::path& path, const Imf::Header& header,
     file.fail(error.what());
   }
   stream.rethrow_failure();
-  file.commit();
 }
 
 bool is_rgb(const SkyImage& image) {
@@ -160,12 +159,12 @@ std::string spectral_channel_name(double wavelength_nm) {
     throw std::invalid_argument(
         fmt::format("wavelength_nm is {}; it must be in (0, 1e6)", wavelength_nm));
   }
-  std::string number = fmt::format("{:.6f}", wavelength_nm);
+  std::string number = fmt::format("{:.3f}", wavelength_nm);
   std::replace(number.begin(), number.end(), '.', ',');
   return "S0." + number + "nm";
 }
 
-void write_exr(const std::filesystem::path& path, const SkyImage& image, Projection projection,
+void write_exr(AtomicFile& file, const SkyImage& image, Projection projection,
                const ImageAttributes& attributes) {
   check_image(image);
   Imf::Header header = header_for(image, projection);
@@ -177,12 +176,11 @@ void write_exr(const std::filesystem::path& path, const SkyImage& image, Project
   add_attributes(header, attributes);
   Imf::FrameBuffer frame;
   add_channels(header, frame, image);
-  write_file(path, header, frame, image.height);
+  write_file(file, header, frame, image.height);
 }
 
-void write_spectral_exr(const std::filesystem::path& path, const SkyImage& spectral,
-                        const SkyImage* preview, Projection projection,
-                        const ImageAttributes& attributes) {
+void write_spectral_exr(AtomicFile& file, const SkyImage& spectral, const SkyImage* preview,
+                        Projection projection, const ImageAttributes& attributes) {
   check_image(spectral);
   Imf::Header header = header_for(spectral, projection);
   header.insert("spectralLayoutVersion", Imf::StringAttribute("1.0"));
@@ -202,7 +200,22 @@ void write_spectral_exr(const std::filesystem::path& path, const SkyImage& spect
   }
   add_attributes(header, attributes);
   add_channels(header, frame, spectral);
-  write_file(path, header, frame, spectral.height);
+  write_file(file, header, frame, spectral.height);
+}
+
+void write_exr(const std::filesystem::path& path, const SkyImage& image, Projection projection,
+               const ImageAttributes& attributes) {
+  AtomicFile file(path);
+  write_exr(file, image, projection, attributes);
+  file.commit();
+}
+
+void write_spectral_exr(const std::filesystem::path& path, const SkyImage& spectral,
+                        const SkyImage* preview, Projection projection,
+                        const ImageAttributes& attributes) {
+  AtomicFile file(path);
+  write_spectral_exr(file, spectral, preview, projection, attributes);
+  file.commit();
 }
 
 }  // namespace twilight

@@ -8,6 +8,7 @@
 #include <variant>
 #include <vector>
 
+#include "output/atomic_file.h"
 #include "output/projection.h"
 #include "output/sky_image.h"
 
@@ -20,14 +21,18 @@ using ImageAttributes = std::vector<ImageAttribute>;
 
 /// Writes a colour map: FLOAT channels as the image names them (R, G, B or X, Y,
 /// Z), ZIP compression, scan lines. Attributes: `whiteLuminance` 683 cd/m^2;
-/// `chromaticities` of Rec. 709 with D65 where there are R, G, B; `envmap`
-/// ENVMAP_LATLONG for a lat-long map; then the given ones. No time stamp is
+/// `chromaticities` of Rec. 709 with D65 where there are R, G, B; `projection`, its
+/// name; then the given ones. No time stamp is
 /// written, so the bytes depend on the arguments alone.
 ///
 /// The file appears whole or not at all. Throws std::logic_error if a pixel is
 /// negative or not finite or the image's sizes disagree; std::invalid_argument
 /// if an attribute's name is empty, given twice or one the format uses itself;
 /// std::runtime_error naming the path if writing fails.
+/// The variants with an AtomicFile leave its commit to the caller, so that several
+/// files can appear together.
+void write_exr(AtomicFile& file, const SkyImage& image, Projection projection,
+               const ImageAttributes& attributes = {});
 void write_exr(const std::filesystem::path& path, const SkyImage& image, Projection projection,
                const ImageAttributes& attributes = {});
 
@@ -39,11 +44,13 @@ void write_exr(const std::filesystem::path& path, const SkyImage& image, Project
 /// Attribute `emissiveUnits` is "W.m^-2.sr^-1", the one value that version 1.0's
 /// readers accept; the values are per nanometre, as the wavelength's unit in the
 /// channel names implies, and `radianceUnits` says so: "W.m^-2.sr^-1.nm^-1".
+void write_spectral_exr(AtomicFile& file, const SkyImage& spectral, const SkyImage* preview,
+                        Projection projection, const ImageAttributes& attributes = {});
 void write_spectral_exr(const std::filesystem::path& path, const SkyImage& spectral,
                         const SkyImage* preview, Projection projection,
                         const ImageAttributes& attributes = {});
 
-/// "S0.550,000000nm" for 550: the layout's decimal sign is the comma, the dot
+/// "S0.550,000nm" for 550: the layout's decimal sign is the comma, the dot
 /// parts layers. Throws std::invalid_argument unless 0 < wavelength_nm < 1e6.
 std::string spectral_channel_name(double wavelength_nm);
 

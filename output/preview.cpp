@@ -115,10 +115,8 @@ std::vector<std::uint8_t> tone_map(const SkyImage& image, const PreviewSettings&
   return bytes;
 }
 
-void write_preview_png(const std::filesystem::path& path, const SkyImage& image,
-                       const PreviewSettings& settings) {
+void write_preview_png(AtomicFile& file, const SkyImage& image, const PreviewSettings& settings) {
   const auto bytes = tone_map(image, settings);
-  AtomicFile file(path);
   const auto output = OIIO::ImageOutput::create("png");
   if (!output) file.fail(OIIO::geterror());
   // Into memory: OpenImageIO's own file writing does not notice a full disc.
@@ -131,6 +129,12 @@ void write_preview_png(const std::filesystem::path& path, const SkyImage& image,
     file.fail(output->geterror());
   }
   file.write(memory.buffer().data(), memory.buffer().size());
+}
+
+void write_preview_png(const std::filesystem::path& path, const SkyImage& image,
+                       const PreviewSettings& settings) {
+  AtomicFile file(path);
+  write_preview_png(file, image, settings);
   file.commit();
 }
 

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <vector>
 
+#include "output/atomic_file.h"
 #include "output/sky_image.h"
 
 namespace twilight {
@@ -30,8 +31,11 @@ struct PreviewSettings {
 /// are others; std::invalid_argument if the key is outside (0, 1].
 std::vector<std::uint8_t> tone_map(const SkyImage& image, const PreviewSettings& settings = {});
 
-/// Writes tone_map's result as a PNG, whole or not at all. Throws as tone_map,
+/// Writes tone_map's result as a PNG, whole or not at all; with an AtomicFile its commit is
+/// the caller's. Throws as tone_map,
 /// and std::runtime_error naming the path if writing fails.
+void write_preview_png(AtomicFile& file, const SkyImage& image,
+                       const PreviewSettings& settings = {});
 void write_preview_png(const std::filesystem::path& path, const SkyImage& image,
                        const PreviewSettings& settings = {});
 

@@ -10,8 +10,10 @@
 #include <chrono>
 #include <cmath>
 #include <csignal>
+#include <deque>
 #include <iostream>
 #include <memory>
+#include <mutex>
 #include <numbers>
 #include <stdexcept>
 
@@ -79,6 +81,7 @@ class Progress {
 
   void report(std::string_view stage, double fraction) {
     if (quiet_) return;
+    const std::lock_guard lock(mutex_);
     const bool new_stage = stage != stage_;
     if (new_stage) stage_ = stage;
     if (!terminal_) {
@@ -106,9 +109,15 @@ class Progress {
   bool quiet_;
   bool terminal_;
   bool drawn_ = false;
+  std::mutex mutex_;  // solvers report from any of their threads
   std::string stage_;
   Stopwatch since_drawn_;
 };
+
+/// Whether any direct light arrives: elsewhere an apparent elevation has no meaning.
+bool sun_in_sight(const Sky& sky) {
+  return std::ranges::any_of(sky.sun_transmittance(), [](double t) { return t > 0.0; });
+}
 
 /// One call of the program: what every command needs.
 struct Run {
@@ -149,9 +158,12 @@ struct Run {
       log.info("{:<36} {}", label, value);
     };
     row("Sun",
-        fmt::format("elevation {:.4f} deg, apparent {:.4f} deg, azimuth {:.4f} deg",
-                    model.sun_elevation_rad * kDegrees, sky.apparent_sun_elevation_rad() * kDegrees,
-                    model.sun_azimuth_rad * kDegrees));
+        fmt::format(
+            "elevation {:.4f} deg, {}, azimuth {:.4f} deg", model.sun_elevation_rad * kDegrees,
+            sun_in_sight(sky)
+                ? fmt::format("apparent {:.4f} deg", sky.apparent_sun_elevation_rad() * kDegrees)
+                : "below the horizon",
+            model.sun_azimuth_rad * kDegrees));
     for (const auto& [label, value] : sky.summary().figures) row(label, value);
     for (const auto& [label, value] : figures) row(label, value);
     for (const auto& [stage, seconds] : sky.summary().stage_seconds)
@@ -193,8 +205,10 @@ ImageAttributes image_attributes(const SceneModel& model, const Sky& sky) {
     attributes.emplace_back("altitude", static_cast<float>(place->height_m));
   }
   attributes.emplace_back("resolved.sun_elevation_deg", model.sun_elevation_rad * kDegrees);
-  attributes.emplace_back("resolved.sun_apparent_elevation_deg",
-                          sky.apparent_sun_elevation_rad() * kDegrees);
+  if (sun_in_sight(sky)) {
+    attributes.emplace_back("resolved.sun_apparent_elevation_deg",
+                            sky.apparent_sun_elevation_rad() * kDegrees);
+  }
   attributes.emplace_back("resolved.sun_azimuth_deg", model.sun_azimuth_rad * kDegrees);
   attributes.emplace_back("resolved.sun_distance_au", model.sun_distance_au);
   attributes.emplace_back("resolved.earth_radius_km", model.medium.earth_radius_km);
@@ -212,6 +226,17 @@ void require_output(const std::filesystem::path& path, std::string_view extensio
   AtomicFile probe(path);
 }
 
+/// Colours and lux want the whole visible spectrum.
+void warn_of_missing_light(const Run& run) {
+  const std::vector<double>& wavelengths = run.scene.spectrum.wavelengths_nm;
+  if (wavelengths.front() > 400.0 || wavelengths.back() < 680.0) {
+    run.log.warn(
+        "warning: the wavelengths, {}..{} nm, leave out visible light; colours and lux are "
+        "extrapolated",
+        wavelengths.front(), wavelengths.back());
+  }
+}
+
 void render(Run& run) {
   const CommandLine& line = run.line;
   const OutputOptions& output = run.scene.output;
@@ -221,12 +246,7 @@ void render(Run& run) {
     if (spectral) require_output(line.spectral_output(), ".exr");
     if (line.preview) require_output(*line.preview, ".png");
   });
-  const std::vector<double>& wavelengths = run.scene.spectrum.wavelengths_nm;
-  if (wavelengths.front() > 400.0 || wavelengths.back() < 680.0) {
-    run.log.warn(
-        "warning: the wavelengths, {}..{} nm, leave out visible light; colours are extrapolated",
-        wavelengths.front(), wavelengths.back());
-  }
+  warn_of_missing_light(run);
 
   const SceneModel model = run.model();
   const std::unique_ptr<Sky> sky = solve_sky(model, run.control());
@@ -251,13 +271,15 @@ void render(Run& run) {
   run.timed("files", [&] {
     const Projection projection = projection_from_name(output.projection);
     const ImageAttributes attributes = image_attributes(model, *sky);
-    write_exr(line.output, map.colour, projection, attributes);
+    std::deque<AtomicFile> files;
+    write_exr(files.emplace_back(line.output), map.colour, projection, attributes);
     if (spectral) {
       const bool rgb = output.channels.starts_with("rgb");
-      write_spectral_exr(line.spectral_output(), *map.spectral, rgb ? &map.colour : nullptr,
-                         projection, attributes);
+      write_spectral_exr(files.emplace_back(line.spectral_output()), *map.spectral,
+                         rgb ? &map.colour : nullptr, projection, attributes);
     }
-    if (line.preview) write_preview_png(*line.preview, map.colour);
+    if (line.preview) write_preview_png(files.emplace_back(*line.preview), map.colour);
+    for (AtomicFile& file : files) file.commit();
     return true;
   });
   std::string files = line.output.string();
@@ -311,6 +333,7 @@ void radiance(Run& run) {
 }
 
 void irradiance(Run& run) {
+  warn_of_missing_light(run);
   const SceneModel model = run.model();
   const std::unique_ptr<Sky> sky = solve_sky(model, run.control());
   const Irradiance parts = run.timed("irradiance", [&] { return sky->irradiance(); });
@@ -392,19 +415,21 @@ void sun(Run& run) {
 void optics(Run& run) {
   const SceneModel model = run.model();
   const Medium& medium = model.medium;
-  CsvTable table({"bottom_km", "top_km", "pressure_hpa", "temperature_k", "relative_humidity",
-                  "wavelength_nm", "refractive_index", "air_scattering_per_km",
-                  "aerosol_scattering_per_km", "aerosol_absorption_per_km", "aerosol_asymmetry",
-                  "gas_absorption_per_km"});
+  CsvTable table({"bottom_km", "top_km", "pressure_hpa", "temperature_k",
+                  "relative_humidity_percent", "wavelength_nm", "refractive_index",
+                  "air_scattering_per_km", "aerosol_scattering_per_km", "aerosol_absorption_per_km",
+                  "aerosol_asymmetry", "gas_absorption_per_km"});
   // A user's own layers have no state of the air.
   const auto state = [](const std::vector<double>& values, std::size_t layer) {
     return values.empty() ? CsvTable::Cell("") : CsvTable::Cell(values[layer]);
   };
+  std::vector<double> humidity_percent = medium.relative_humidity;
+  for (double& percent : humidity_percent) percent *= 100.0;
   for (std::size_t i = 0; i < medium.layers(); ++i) {
     for (std::size_t w = 0; w < medium.wavelengths(); ++w) {
       table.add_row({medium.boundary_km[i], medium.boundary_km[i + 1],
                      state(medium.pressure_hpa, i), state(medium.temperature_k, i),
-                     state(medium.relative_humidity, i), medium.wavelength_nm[w],
+                     state(humidity_percent, i), medium.wavelength_nm[w],
                      1.0 + medium.refractivity(i, w), medium.air_scattering_per_km(i, w),
                      medium.aerosol_scattering_per_km(i, w), medium.aerosol_absorption_per_km(i, w),
                      medium.aerosol_asymmetry(i, w), medium.gas_absorption_per_km(i, w)});
@@ -448,6 +473,9 @@ int program(int argc, char** argv) {
   action.sa_handler = request_stop;
   ::sigaction(SIGINT, &action, nullptr);
   ::sigaction(SIGTERM, &action, nullptr);
+  ::sigaction(SIGHUP, &action, nullptr);
+  // A file-size limit shall be a failed write, which is cleaned up, not a sudden end.
+  ::signal(SIGXFSZ, SIG_IGN);
   try {
     run_command(*parsed.command, log);
     return kExitSuccess;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "aerosols/henyey_greenstein.h"
 #include "sim/gather_kernel.h"
 
 namespace twilight {
@@ -76,8 +77,7 @@ CellGather::CellGather(const GatherInputs& in, const CellGrid& all_cells)
         for (std::size_t w = 0; w < W; ++w) {
           double source = emission[w];
           if (lit) {
-            const double g = o.asymmetry[at + w];
-            const double hg = (1 - g * g) / std::pow(1 + g * g - 2 * g * cosine, 1.5);
+            const double hg = 4 * kPi * henyey_greenstein(cosine, o.asymmetry[at + w]);
             const double air = 1 + 5.0 * o.rayleigh_x2[w] * (1.5 * cosine * cosine - 0.5);
             source += std::exp(-static_cast<double>(sun[w])) *
                       (o.air[at + w] * air + o.aerosol[at + w] * hg) / (4 * kPi);

@@ -321,8 +321,26 @@ ExchangeResult solve_exchange(const Medium& medium, const CellGrid& grid, const 
   const int passes = std::max(0, options.scattering_orders - 1);
   const bool need_rows = means && passes > 0;
 
+  // The paper's first aerosol event is summed directly: Henyey-Greenstein has modes that fall
+  // like g^m, and the shadow's edge adds some of its own.
+  float largest_g = 0.0F;
+  bool aerosol_present = false;
+  for (std::size_t i = 0; i < optics.aerosol.size(); ++i) {
+    if (optics.aerosol[i] <= 0) continue;
+    aerosol_present = true;
+    largest_g = std::max(largest_g, std::abs(optics.asymmetry[i]));
+  }
+  const bool aerosol_first = options.similarity && aerosol_present;
+  int source_modes = 0;
+  if (aerosol_first && options.azimuth_tolerance > 0) {
+    constexpr int kShadowModes = 8;
+    const double fall = std::log(options.azimuth_tolerance) /
+                        std::log(std::clamp(static_cast<double>(largest_g), 1e-6, 0.999));
+    source_modes = std::min(S, kShadowModes + static_cast<int>(std::ceil(fall)));
+  }
+
   // Kernels are symmetric in the pair: evaluated once, kept for both directions and all passes.
-  KernelStore store(transport, points, n_air, modes, options.azimuth_tolerance);
+  KernelStore store(transport, points, n_air, modes, options.azimuth_tolerance, source_modes);
   if (passes > 0) {
     const std::uint64_t count = store.evaluate([&] { return &workspaces.local().kernel; },
                                                [&](double fraction) {
@@ -391,7 +409,6 @@ ExchangeResult solve_exchange(const Medium& medium, const CellGrid& grid, const 
 
   // First event: power scattered out of the direct beam in every cell.
   const auto first_start = Clock::now();
-  const bool aerosol_first = options.similarity;
   const FirstEvent first = first_event(medium, grid, n_all, sunlight, sun, optics, aerosol_first,
                                        options.ground_albedo, nm);
   const auto& node_source = first.source;
@@ -640,7 +657,6 @@ ExchangeResult solve_exchange(const Medium& medium, const CellGrid& grid, const 
     }
     control.report("exchange", static_cast<double>(pass + 1) / passes);
   }
-  // The last event's light leaves too, as far as the ledger goes.
   report.kernel_evaluations = evaluations;
   report.passes_seconds = seconds_since(passes_start);
 

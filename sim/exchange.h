@@ -44,6 +44,8 @@ struct ExchangeOptics {
   LayerTable extinction;           ///< of light under way between cells
   LayerTable beam_extinction;      ///< of sunlight and of the view ray
 };
+/// Coefficients of every layer for the given options: delta-M (f = g^3 for g > 0) or similarity (1
+/// - g) scaling, Rayleigh with the medium's depolarisation or isotropic air.
 ExchangeOptics make_exchange_optics(const Medium& medium, const ExchangeOptions& options);
 
 /// The medium whose extinction the direct beam and the view ray feel: the
@@ -72,7 +74,7 @@ struct ExchangeReport {
   std::vector<std::vector<double>> event_power;
   std::vector<double> escaped, ground_absorbed;  ///< per wavelength, km^2; isotropic emission only
   std::vector<double> rescale_factor;            ///< of the first pass, per wavelength
-  double clipped_row_share = 0;  ///< rows whose self-exchange came out negative and was set to 0
+  double clipped_row_share = 0;  ///< rows whose kernels brought more than interacts: shortened
 };
 
 struct ExchangeResult {

@@ -227,7 +227,9 @@ void FirstEvent(Tag d, const float* HWY_RESTRICT value, const float* HWY_RESTRIC
   const int half = S / 2;
   for (std::size_t w = 0; w < lanes; w += step) {
     const auto gv = hn::LoadU(d, g + w);
-    const auto one_plus = hn::MulAdd(gv, gv, hn::Set(d, 1.0F));
+    // 1 + g^2 - 2 g cos = (1 - g)^2 + 2 g (1 - cos): never 0 in the forward peak.
+    const auto one_less = hn::Sub(hn::Set(d, 1.0F), gv);
+    const auto back = hn::Mul(one_less, one_less);
     const auto one_minus = hn::NegMulAdd(gv, gv, hn::Set(d, 1.0F));
     const auto two_g = hn::Add(gv, gv);
     const auto three_half = hn::Set(d, 1.5F), minus_half = hn::Set(d, -0.5F);
@@ -249,7 +251,7 @@ void FirstEvent(Tag d, const float* HWY_RESTRICT value, const float* HWY_RESTRIC
           if (!lit[mirror]) continue;
           // Scattering angle between the sunlight's direction of travel and the exchange's.
           const float cosine = -(along * cos_az[i] - across * sin_az[i] + upward);
-          const auto t = hn::NegMulAdd(two_g, hn::Set(d, cosine), one_plus);
+          const auto t = hn::MulAdd(two_g, hn::Set(d, 1.0F - cosine), back);
           auto r = hn::ApproximateReciprocalSqrt(t);
           r = hn::Mul(r, hn::MulAdd(hn::Mul(hn::Mul(t, minus_half), r), r, three_half));
           const auto hg = hn::Mul(r, hn::Mul(r, r));
@@ -285,6 +287,7 @@ HWY_AFTER_NAMESPACE();
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <stdexcept>
 
 namespace twilight {
 
@@ -299,6 +302,10 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 constexpr int kSampleLanes = 16;
+// Bounds of the stack arrays below: samples of a ring (S <= 360 and so S/2 + 1 <= 181, padded;
+// all S azimuths in the first event), and crossings of a path (500 layers, up and down).
+constexpr std::size_t kMostSamples = 512;
+constexpr std::size_t kMostTerms = 1100;
 
 std::size_t padded_samples(int samples) {
   return static_cast<std::size_t>((samples + kSampleLanes - 1) / kSampleLanes * kSampleLanes);
@@ -402,6 +409,12 @@ ExchangeMedium make_exchange_medium(const Medium& medium, std::size_t lanes,
 }
 
 void RingPairKernel::resize(int azimuth_divisions, std::size_t n_lanes, int layers) {
+  if (static_cast<std::size_t>(azimuth_divisions) > kMostSamples || n_lanes > kMostSamples ||
+      2 * static_cast<std::size_t>(layers) + 8 > kMostTerms) {
+    throw std::invalid_argument(
+        "RingPairKernel: at most 512 azimuth divisions, 512 wavelengths and "
+        "546 layers");
+  }
   samples = azimuth_divisions / 2 + 1;
   lanes = n_lanes;
   const std::size_t padded = padded_samples(samples);
@@ -431,10 +444,9 @@ void ring_pair_kernel(const ExchangeMedium& medium, const RingPoint& source,
   const RingPoint& low = source_low ? source : target;
   const RingPoint& high = source_low ? target : source;
 
-  // First rows of the crossing buffer: s at the lower end, the geometry factor and the shift.
-  alignas(64) float s_low[512];
-  alignas(64) float s_dip[512];
-  alignas(64) float geometry[512];
+  alignas(64) float s_low[kMostSamples];
+  alignas(64) float s_dip[kMostSamples];
+  alignas(64) float geometry[kMostSamples];
   std::fill_n(s_low, stride, 0.0F);
   std::fill_n(s_dip, stride, 0.0F);
   std::fill_n(geometry, stride, 0.0F);
@@ -518,7 +530,7 @@ void ring_pair_kernel(const ExchangeMedium& medium, const RingPoint& source,
 
   // Abel summation: the depth from the lower end is ext_high t_end + sum over boundaries
   // of (ext below - ext above) t_boundary, and likewise twice over for the dip to the perigee.
-  const float* coefficients[1100];
+  const float* coefficients[kMostTerms];
   int terms = 0;
   float* t = out.crossing.data();
   const auto n_of = [&](double h) {
@@ -549,7 +561,7 @@ void ring_pair_kernel(const ExchangeMedium& medium, const RingPoint& source,
     const std::size_t count = static_cast<std::size_t>(terms - first) * stride;
     for (std::size_t i = 0; i < count; ++i) dip[i] *= 2.0F;
   }
-  alignas(64) float shift[512];
+  alignas(64) float shift[kMostSamples];
   for (std::size_t w = 0; w < lanes; ++w) {
     shift[w] = (source.half_depth != nullptr ? source.half_depth[w] : 0.0F) +
                (target.half_depth != nullptr ? target.half_depth[w] : 0.0F);
@@ -567,7 +579,7 @@ void ring_pair_kernel(const ExchangeMedium& medium, const RingPoint& source,
 
 AzimuthSampling azimuth_sampling(const ExchangeMedium& medium, const RingPoint& source,
                                  const RingPoint& target, int azimuth_divisions, int max_modes,
-                                 double tolerance) {
+                                 double tolerance, int source_modes) {
   const int half = azimuth_divisions / 2;
   AzimuthSampling all{1, std::min(max_modes, half + 1)};
   if (tolerance <= 0) return all;
@@ -586,7 +598,7 @@ AzimuthSampling azimuth_sampling(const ExchangeMedium& medium, const RingPoint& 
   modes = std::max(modes, std::sqrt(2 * folds * std::min(beta, 8 / d) * product / d));
   AzimuthSampling s;
   s.modes = std::min(all.modes, 1 + static_cast<int>(std::min(1e6, std::ceil(modes))));
-  const double needed = std::max(8.0, s.modes + modes);
+  const double needed = std::max(8.0, std::max(s.modes, source_modes) + modes);
   for (int every = half; every > 1; --every) {
     if (half % every == 0 && azimuth_divisions / every >= needed) {
       s.every = every;
@@ -700,7 +712,7 @@ void moment_pass_scalar(const RingPairKernel& kernel, const AzimuthModes& modes,
 }
 
 void cosine_transform(const RingPairKernel& kernel, const AzimuthModes& modes, float* mode_kernel) {
-  alignas(64) float weight[512];
+  alignas(64) float weight[kMostSamples];
   for (int k = 0; k < kernel.samples; ++k) {
     const auto row = static_cast<std::size_t>(k) * kMoments;
     weight[k] = kernel.receive[row] * kernel.emit[row];
@@ -718,8 +730,8 @@ void multiply_add(const float* a, const float* b, float scale, std::size_t n, fl
 void first_event_pass(const RingPairKernel& kernel, int azimuth_divisions, const float* power,
                       const unsigned char* lit, const float* asymmetry, double sun_elevation_rad,
                       float* field) {
-  alignas(64) float receive_j[512];
-  float cos_az[512], sin_az[512];
+  alignas(64) float receive_j[kMostSamples];
+  float cos_az[kMostSamples], sin_az[kMostSamples];
   for (int k = 0; k < kernel.samples; ++k) {
     const auto row = static_cast<std::size_t>(k) * kMoments;
     const float both_sides = k == 0 || k == kernel.samples - 1 ? 1.0F : 2.0F;

@@ -30,7 +30,7 @@ struct RingPoint {
   int layer = 0;
   /// Near field. Either a length squared added to the squared distance (the paper's disc), or
   /// the variances of positions within the cell along its radial axis (axis_r, axis_z), azimuth
-  /// and third axis: see mean_inverse_square.
+  /// and third axis: see near_field_factor.
   double blur_km2 = 0;
   double axis_r = 1, axis_z = 0;
   double variance_radial_km2 = 0, variance_azimuthal_km2 = 0, variance_third_km2 = 0;
@@ -91,10 +91,11 @@ struct AzimuthSampling {
 /// cosh(eta) = (rho_s^2 + rho_t^2 + dz^2)/(2 rho_s rho_t), and extinction narrows a pair's
 /// kernel to sqrt(d/(beta rho_s rho_t)). Modes below `tolerance` are dropped, and the azimuth
 /// differences are thinned to what the trapezoidal rule needs for the rest; thinned samples
-/// divide S/2. tolerance = 0 keeps everything.
+/// divide S/2. tolerance = 0 keeps everything. Where sources with structure of their own are summed
+/// directly (first_event_pass), source_modes of them must be told from the kernel's.
 AzimuthSampling azimuth_sampling(const ExchangeMedium& medium, const RingPoint& source,
                                  const RingPoint& target, int azimuth_divisions, int max_modes,
-                                 double tolerance);
+                                 double tolerance, int source_modes = 0);
 
 /// Fills the kernel from source ring to target ring: exact path lengths per
 /// shell shared by all wavelengths, K = exp(-tau)/(4 pi (d^2 + blur)).

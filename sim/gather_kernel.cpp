@@ -33,7 +33,10 @@ void March(Tag d, const GatherMarch& ray, const GatherOptics& o, float* radiance
         const std::size_t at = static_cast<std::size_t>(layer) * L + w;
         const auto g = hn::LoadU(d, o.asymmetry + at);
         const auto g2 = hn::Mul(g, g);
-        const auto base = hn::Add(hn::NegMulAdd(hn::Add(g, g), hn::Set(d, ray.cosine), one), g2);
+        // 1 + g^2 - 2 g cos = (1 - g)^2 + 2 g (1 - cos): never 0 in the forward peak.
+        const auto back = hn::Sub(one, g);
+        const auto base =
+            hn::MulAdd(hn::Add(g, g), hn::Set(d, 1.0F - ray.cosine), hn::Mul(back, back));
         const auto hg = hn::Div(hn::Sub(one, g2), hn::Mul(base, hn::Sqrt(base)));
         scatter = hn::MulAdd(hn::LoadU(d, o.aerosol + at), hg,
                              hn::Mul(hn::LoadU(d, o.air + at), air_phase));

@@ -9,7 +9,8 @@
 namespace twilight {
 
 KernelStore::KernelStore(const ExchangeMedium& medium, const std::vector<RingPoint>& points,
-                         std::size_t air_rings, const AzimuthModes& azimuth, double tolerance)
+                         std::size_t air_rings, const AzimuthModes& azimuth, double tolerance,
+                         int source_modes)
     : medium_(medium), points_(points), azimuth_(azimuth), air_rings_(air_rings) {
   const std::size_t n = points.size();
   const std::size_t count = n * (n + 1) / 2;
@@ -20,7 +21,7 @@ KernelStore::KernelStore(const ExchangeMedium& medium, const std::vector<RingPoi
   tbb::parallel_for(std::size_t{0}, n, [&](std::size_t a) {
     for (std::size_t b = 0; b <= a; ++b) {
       sampling_[pair(a, b)] = azimuth_sampling(medium, points[a], points[b], azimuth.divisions,
-                                               azimuth.modes, tolerance);
+                                               azimuth.modes, tolerance, source_modes);
     }
   });
   for (std::size_t a = 0; a < n; ++a) {

@@ -21,7 +21,8 @@ class KernelStore {
   /// Plans the azimuth sampling of every pair. Everything referred to outlives the store; the
   /// first `air_rings` points are air, the rest ground.
   KernelStore(const ExchangeMedium& medium, const std::vector<RingPoint>& points,
-              std::size_t air_rings, const AzimuthModes& azimuth, double tolerance);
+              std::size_t air_rings, const AzimuthModes& azimuth, double tolerance,
+              int source_modes);
 
   /// Evaluates all pairs in parallel; kernel() gives a thread its workspace, progress is called
   /// now and then with the fraction done. Returns the number of kernel samples.

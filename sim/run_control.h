@@ -15,7 +15,8 @@ class Cancelled : public std::runtime_error {
 };
 
 struct RunControl {
-  /// Called from the solving thread with the stage's name and its fraction done, 0..1.
+  /// Called with the stage's name and its fraction done, 0..1, from any of the solver's threads,
+  /// also at the same time.
   std::function<void(std::string_view stage, double fraction)> progress;
   /// Set to true (from a signal handler, say) to stop; may be null.
   const std::atomic<bool>* cancel = nullptr;

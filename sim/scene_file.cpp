@@ -482,6 +482,14 @@ std::vector<std::pair<std::string, std::string>> scene_settings(const Scene& sce
   std::vector<std::pair<std::string, std::string>> settings;
   for (const SceneKey& key : kKeys) {
     if (printed_value(key, copy).empty()) continue;
+    // A user's own layers replace the profile and the aerosols.
+    constexpr std::string_view kStillUsed[] = {"atmosphere.optical_layers",
+                                               "atmosphere.depolarisation"};
+    if (scene.atmosphere.optical_layers &&
+        (key.name.starts_with("aerosols.") || key.name.starts_with("atmosphere.")) &&
+        std::ranges::find(kStillUsed, key.name) == std::end(kStillUsed)) {
+      continue;
+    }
     const SceneField field = key.field(copy);
     std::string text;
     if (const auto* word = std::get_if<std::string*>(&field))

@@ -1,5 +1,6 @@
 #include "sim/scene_model.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
@@ -95,7 +96,7 @@ SceneModel build_scene_model(const Scene& scene) {
       double depth = 0;
       for (const AerosolLayer& a : opac_aerosol_layers(
                scene.aerosols.type, scene.aerosols.relative_humidity_percent, at_550)) {
-        depth += optical_depth(a, 0);
+        depth += optical_depth_between(a, 0, 0.0, std::max(a.bottom_km, model.medium.top_km()));
       }
       factor = *scene.aerosols.optical_depth_550nm / depth;
     }

@@ -94,10 +94,11 @@ TEST_F(OpticalLayers, NamesFileLineColumnValueAndRange) {
   expect_complaint(kHeader + "0,2,400,1e999,0,0,0\n", {":2:", "'1e999'"});
   expect_complaint(kHeader + "0,2,400,0.1km,0,0,0\n", {":2:", "'0.1km'"});
   expect_complaint(kHeader + "0,2,400,,0,0,0\n", {":2:", "''", "number"});
-  expect_complaint(kHeader + "0,2,400,-1,0,0,0\n", {":2:", "'-1'", "0 or above"});
+  expect_complaint(kHeader + "0,2,400,-1,0,0,0\n", {":2:", "'-1'", "0..1000 per km"});
   expect_complaint(kHeader + "0,2,400,0,-1e-9,0,0\n", {"'aerosol_scattering_per_km'"});
-  expect_complaint(kHeader + "0,2,400,0,0,1,0\n", {"'aerosol_asymmetry'", "'1'", "below 1"});
-  expect_complaint(kHeader + "0,2,400,0,0,-1.5,0\n", {"'aerosol_asymmetry'", "above -1"});
+  expect_complaint(kHeader + "0,2,400,0,0,1,0\n", {"'aerosol_asymmetry'", "'1'", "-0.999..0.999"});
+  expect_complaint(kHeader + "0,2,400,1e300,0,0,0\n", {"'air_scattering_per_km'", "1000"});
+  expect_complaint(kHeader + "0,2,400,0,0,-1.5,0\n", {"'aerosol_asymmetry'", "-0.999..0.999"});
   expect_complaint(kHeader + "0,2,400,0,0,0,-2\n", {"'absorption_per_km'"});
   expect_complaint(kHeader + "0,2,0,0,0,0,0\n", {"'wavelength_nm'", "above 0"});
   expect_complaint(kHeader + "0,0,400,0,0,0,0\n", {"'top_km'"});

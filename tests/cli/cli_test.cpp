@@ -338,7 +338,7 @@ TEST(CliRender, SmallSceneGivesWholeFiles) {
   EXPECT_EQ(orders->value(), "2");
 
   Imf::InputFile spectral(place.path("sky.spectral.exr").c_str());
-  EXPECT_NE(spectral.header().channels().findChannel("S0.550,000000nm"), nullptr);
+  EXPECT_NE(spectral.header().channels().findChannel("S0.550,000nm"), nullptr);
   EXPECT_EQ(place.read("sky.png").substr(0, 8), "\x89PNG\r\n\x1a\n");
 }
 
@@ -473,7 +473,7 @@ TEST(CliOptics, LayersAreContiguousFromTheGroundToTheTop) {
   const std::vector<std::string> lines = lines_of(finished.out);
   ASSERT_EQ(lines.size(), 1u + 10 * 3);
   EXPECT_EQ(lines[0],
-            "bottom_km,top_km,pressure_hpa,temperature_k,relative_humidity,wavelength_nm,"
+            "bottom_km,top_km,pressure_hpa,temperature_k,relative_humidity_percent,wavelength_nm,"
             "refractive_index,air_scattering_per_km,aerosol_scattering_per_km,"
             "aerosol_absorption_per_km,aerosol_asymmetry,gas_absorption_per_km");
   double top = 0.0;

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <memory>
 #include <numbers>
 #include <sstream>
@@ -88,12 +89,11 @@ std::string name_of(const OpenCase& c) {
 }
 
 // The project's bar is 10 % for every row and 3 % in the median; the tighter one is what the cells'
-// convergence allows. Worst row with S = 60, 90, 120 and 180 (stride 4): 5.2, 4.0, 3.6 and 3.2 %;
-// with stride 2: 3.4 %. It is always the row without any single scattering (Sun -6 deg, view 10 deg
-// up and away from the Sun); rows with some err by 1.2 % at most, 0.16 % in the median.
+// convergence allows: median and worst 0.29 and 2.4 % with S = 60, 0.18 and 1.6 % with S = 60 and
+// stride 2, 0.17 and 1.2 % by default, 0.09 and 1.1 % with stride 2, 0.3 % of it the Monte Carlo's.
 TEST(OpenCases, DefaultMethodAgreesWithMonteCarlo) {
   constexpr double kProjectWorst = 0.10, kProjectMedian = 0.03;
-  constexpr double kWorst = 0.05, kWorstWithSingle = 0.015, kMedian = 0.004;
+  constexpr double kWorst = 0.025, kWorstWithSingle = 0.015, kMedian = 0.004;
   static_assert(kWorst < kProjectWorst && kMedian < kProjectMedian);
   const std::vector<double> errors = relative_errors(SolverOptions{}.scattering_orders);
   for (std::size_t i = 0; i < kOpenCases.size(); ++i) {
@@ -112,6 +112,37 @@ TEST(OpenCases, SingleScatteringAgreesWithMonteCarlo) {
     EXPECT_NEAR(errors[i], 0, 0.01) << name_of(kOpenCases[i]);
   }
   EXPECT_LE(median_of_sizes(errors), 0.002);
+}
+
+// Haber et al. (2005), Sec. 6: "four scattering events ... less than 1% maximum error" and
+// multiple over single scattering "up to about 20%". Zenith figures of the same Monte Carlo: what
+// the orders after the fourth bring, and what all after the first do.
+TEST(HaberClaims, OrdersAfterTheFourthAndMultipleOverSingle) {
+  struct Claim {
+    double sun_elevation_deg, after_fourth, multiple_over_single;
+  };
+  constexpr Claim kMonteCarlo[] = {
+      {30, 0.00053, 0.164}, {0, 0.00065, 0.2065}, {-3, 0.00077, 0.2074},
+      {-6, 0.0022, 0.5216}, {-9, 0.0063, 22.08},
+  };
+  const ViewDirection zenith{std::numbers::pi / 2, 0.0};
+  std::printf("Sun deg  after the fourth  multiple/single\n");
+  for (const Claim& claim : kMonteCarlo) {
+    SceneModel model = open_case_model(claim.sun_elevation_deg);
+    model.scene.solver.scattering_orders = 12;
+    const CellSky all(model, RunControl{});
+    model.scene.solver.scattering_orders = 4;
+    const CellSky four(model, RunControl{});
+    const double total = all.radiance({&zenith, 1})[0];
+    const double after_fourth = 1 - four.radiance({&zenith, 1})[0] / total;
+    const double ratio = total / all.single_scattering({&zenith, 1})[0] - 1;
+    std::printf("%7.0f  %15.3f %%  %15.3f\n", claim.sun_elevation_deg, 100 * after_fourth, ratio);
+    // The first claim holds in clear air down to -9 degrees, the second ends after -3.
+    EXPECT_LT(after_fourth, 0.01) << claim.sun_elevation_deg;
+    EXPECT_NEAR(after_fourth, claim.after_fourth, 0.001) << claim.sun_elevation_deg;
+    EXPECT_EQ(ratio < 0.22, claim.sun_elevation_deg >= -3) << claim.sun_elevation_deg;
+    EXPECT_NEAR(ratio / claim.multiple_over_single, 1, 0.05) << claim.sun_elevation_deg;
+  }
 }
 
 }  // namespace

@@ -112,7 +112,7 @@ TEST(SkyImage, AnEvenSkyHasOneValueAndEmptyCorners) {
   EXPECT_EQ(map.spectral->pixels[0], 0.0f);
   const std::size_t centre = 16 * 33 + 16;
   EXPECT_FLOAT_EQ(map.spectral->pixels[centre * 15 + 7], 0.015f);
-  EXPECT_EQ(map.spectral->channels[7], "S0.590,000000nm");
+  EXPECT_EQ(map.spectral->channels[7], "S0.590,000nm");
   EXPECT_NEAR(static_cast<double>(map.sky_pixels), pi / 4.0 * 33 * 33, 40.0);
 }
 

@@ -192,6 +192,23 @@ TEST(CellSky, ZenithHasNoAzimuth) {
   for (std::size_t i = 3; i < v.size(); ++i) EXPECT_NEAR(v[i], v[i % 3], 0.02 * v[i % 3]);
 }
 
+// The paper's first aerosol event is summed directly: its azimuth samples must tell the modes of
+// the Henyey-Greenstein function from the kernels' own (they once did not: 5 % ripples).
+TEST(CellSky, ZenithHasNoAzimuthAfterTheFirstAerosolEvent) {
+  for (const double sun : {20.0, -4.0}) {
+    Scene scene = small_scene(sun);
+    scene.aerosols.type = "urban";
+    scene.solver.aerosol_phase = "similarity";
+    scene.solver.azimuth_divisions = 60;
+    const auto solved = solve_sky(build_scene_model(scene));
+    std::vector<ViewDirection> up;
+    for (int j = 0; j <= 12; ++j) up.push_back({kPi / 2, kPi * j / 12});
+    const auto v = solved->radiance(up);
+    const std::size_t W = v.size() / up.size();
+    for (std::size_t i = W; i < v.size(); ++i) EXPECT_NEAR(v[i], v[i % W], 0.01 * v[i % W]) << sun;
+  }
+}
+
 // Clear air, Sun at 30 and -4 degrees: twice as many cells each way move no view by more than the
 // bound; the defaults' S = 120 is to be trusted to it.
 TEST(CellSky, ConvergesWithTheCells) {
