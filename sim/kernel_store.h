@@ -29,7 +29,6 @@ class KernelStore {
   std::uint64_t evaluate(const std::function<RingPairKernel*()>& kernel,
                          const std::function<void(double)>& progress);
 
-  std::size_t pairs() const { return offset_.size(); }
   std::size_t pair(std::size_t a, std::size_t b) const {
     return a >= b ? a * (a + 1) / 2 + b : b * (b + 1) / 2 + a;
   }
