@@ -38,39 +38,44 @@ const ComponentOptics& tabulated_optics(std::size_t state, std::size_t wavelengt
   return kTable[state * kTableWavelengths + wavelength];
 }
 
-ComponentOptics component_optics(AerosolComponent component, double relative_humidity_percent,
-                                 double wavelength_nm) {
+HumidityClasses humidity_classes(AerosolComponent component, double relative_humidity_percent) {
   const double humidity = relative_humidity_percent;
   if (!(humidity >= 0.0 && humidity <= kTableLargestHumidity_percent)) {
     throw std::invalid_argument("relative humidity " + std::to_string(humidity) +
                                 " % of the aerosol is outside 0..99 %");
   }
+  const std::span<const ComponentState> states = component_states(component);
+  const auto first = static_cast<std::size_t>(states.data() - component_states().data());
+  if (states.size() == 1) return {first, first, 0.0};
+
+  std::size_t i = 0;  // the class at or below the humidity, not the last one
+  while (i + 2 < states.size() && states[i + 1].relative_humidity_percent <= humidity) ++i;
+  const double low_percent = states[i].relative_humidity_percent;
+  const double high_percent = states[i + 1].relative_humidity_percent;
+  const double fraction = i == 0 ? (humidity - low_percent) / (high_percent - low_percent)
+                                 : std::log((100.0 - humidity) / (100.0 - low_percent)) /
+                                       std::log((100.0 - high_percent) / (100.0 - low_percent));
+  return {first + i, first + i + 1, fraction};
+}
+
+ComponentOptics component_optics(AerosolComponent component, double relative_humidity_percent,
+                                 double wavelength_nm) {
+  const auto [low_state, high_state, t] = humidity_classes(component, relative_humidity_percent);
   if (!(wavelength_nm >= kTableWavelength_nm.front() &&
         wavelength_nm <= kTableWavelength_nm.back())) {
     throw std::invalid_argument("wavelength " + std::to_string(wavelength_nm) +
                                 " nm of the aerosol optics is outside 280..1000 nm");
   }
-  const std::span<const ComponentState> states = component_states(component);
-  const auto first = static_cast<std::size_t>(states.data() - component_states().data());
-  if (states.size() == 1) return at_wavelength(first, wavelength_nm);
-
-  std::size_t i = 0;  // the class at or below the humidity, not the last one
-  while (i + 2 < states.size() && states[i + 1].relative_humidity_percent <= humidity) ++i;
-  const ComponentOptics low = at_wavelength(first + i, wavelength_nm);
-  const ComponentOptics high = at_wavelength(first + i + 1, wavelength_nm);
-  const double low_percent = states[i].relative_humidity_percent;
-  const double high_percent = states[i + 1].relative_humidity_percent;
-  if (i == 0) {
-    // A dry particle is no dilute droplet: the power law does not reach down to 0 %.
-    const double t = (humidity - low_percent) / (high_percent - low_percent);
-    return {.scattering_per_km = std::lerp(low.scattering_per_km, high.scattering_per_km, t),
-            .absorption_per_km = std::lerp(low.absorption_per_km, high.absorption_per_km, t),
-            .asymmetry = std::lerp(low.asymmetry, high.asymmetry, t)};
-  }
-  const double t = std::log((100.0 - humidity) / (100.0 - low_percent)) /
-                   std::log((100.0 - high_percent) / (100.0 - low_percent));
-  return {.scattering_per_km = geometric(low.scattering_per_km, high.scattering_per_km, t),
-          .absorption_per_km = geometric(low.absorption_per_km, high.absorption_per_km, t),
+  const ComponentOptics low = at_wavelength(low_state, wavelength_nm);
+  if (low_state == high_state) return low;
+  const ComponentOptics high = at_wavelength(high_state, wavelength_nm);
+  // A dry particle is no dilute droplet: the power law does not reach down to 0 %.
+  const bool dry = component_states()[low_state].relative_humidity_percent == 0.0;
+  const auto between = [&](double from, double to) {
+    return dry ? std::lerp(from, to, t) : geometric(from, to, t);
+  };
+  return {.scattering_per_km = between(low.scattering_per_km, high.scattering_per_km),
+          .absorption_per_km = between(low.absorption_per_km, high.absorption_per_km),
           .asymmetry = std::lerp(low.asymmetry, high.asymmetry, t)};
 }
 

@@ -30,6 +30,18 @@ inline constexpr double kTableLargestHumidity_percent = 99.0;
 /// below kTableWavelengths; both unchecked.
 const ComponentOptics& tabulated_optics(std::size_t state, std::size_t wavelength);
 
+/// Between which two tabulated states of a component a humidity lies: states `low` and `high`
+/// (indices into component_states(); the same for components that take up no water) and how far
+/// it is from low to high, 0..1: linear in RH below 50 %, in ln(1 - RH) above.
+struct HumidityClasses {
+  std::size_t low = 0;
+  std::size_t high = 0;
+  double fraction = 0.0;
+};
+
+/// The classes of a relative humidity in percent, 0..99, else throws std::invalid_argument.
+HumidityClasses humidity_classes(AerosolComponent component, double relative_humidity_percent);
+
 /// Optics of a component per particle cm^-3 (Haber et al. 2005, Sec. 4.1.1) at a relative
 /// humidity in percent, 0..99, and a wavelength in nm, 280..1000.
 /// Wavelength: scattering, absorption and asymmetry linear between table points; against the

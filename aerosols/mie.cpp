@@ -44,11 +44,6 @@ void check(double x, Complex m) {
   }
 }
 
-// The scattering coefficients a_n, b_n; entry n - 1 holds order n.
-struct Series {
-  std::vector<Complex> a, b;
-};
-
 // Logarithmic derivative D_n(z) = psi_n'(z) / psi_n(z) for n = 0..orders (B&H Eq. 4.89).
 // Downward recurrence converges where n > |z|, so it starts far enough above |z|: the
 // memory of the start value dies over a few |z|^(1/3), the width of the turning region.
@@ -83,7 +78,34 @@ std::vector<double> small_argument_psi(double x, std::size_t orders) {
   return psi;
 }
 
-Series scattering_series(double x, Complex m_n_minus_ik) {
+std::vector<MieAmplitudes> amplitudes(const MieSeries& series, std::span<const double> cos_angle) {
+  std::vector<MieAmplitudes> result;
+  result.reserve(cos_angle.size());
+  for (const double mu : cos_angle) {
+    if (!(mu >= -1.0 && mu <= 1.0)) {
+      throw std::invalid_argument("cosine of the scattering angle " + std::to_string(mu) +
+                                  " is outside -1..1");
+    }
+    Complex s1, s2;
+    double pi_before = 0.0, pi_n = 1.0;  // angular functions, B&H Eq. 4.47
+    for (std::size_t i = 0; i < series.a.size(); ++i) {
+      const double n = static_cast<double>(i + 1);
+      const double tau_n = n * mu * pi_n - (n + 1.0) * pi_before;
+      const double weight = (2.0 * n + 1.0) / (n * (n + 1.0));
+      s1 += weight * (series.a[i] * pi_n + series.b[i] * tau_n);
+      s2 += weight * (series.a[i] * tau_n + series.b[i] * pi_n);
+      const double pi_next = ((2.0 * n + 1.0) * mu * pi_n - (n + 1.0) * pi_before) / n;
+      pi_before = pi_n;
+      pi_n = pi_next;
+    }
+    result.push_back({s1, s2});
+  }
+  return result;
+}
+
+}  // namespace
+
+MieSeries mie_series(double x, Complex m_n_minus_ik) {
   check(x, m_n_minus_ik);
   // Bohren & Huffman write m = n + i k.
   const Complex m(m_n_minus_ik.real(), -m_n_minus_ik.imag());
@@ -100,7 +122,7 @@ Series scattering_series(double x, Complex m_n_minus_ik) {
   double psi_before = std::cos(x), psi = std::sin(x);
   double chi_before = -std::sin(x), chi = std::cos(x);
 
-  Series series;
+  MieSeries series;
   series.a.resize(orders);
   series.b.resize(orders);
   for (std::size_t n = 1; n <= orders; ++n) {
@@ -128,7 +150,7 @@ Series scattering_series(double x, Complex m_n_minus_ik) {
   return series;
 }
 
-double scattering_sum(const Series& series) {
+double scattering_sum(const MieSeries& series) {
   double sum = 0.0;
   for (std::size_t i = 0; i < series.a.size(); ++i) {
     sum += static_cast<double>(2 * i + 3) *
@@ -137,35 +159,8 @@ double scattering_sum(const Series& series) {
   return sum;
 }
 
-std::vector<MieAmplitudes> amplitudes(const Series& series, std::span<const double> cos_angle) {
-  std::vector<MieAmplitudes> result;
-  result.reserve(cos_angle.size());
-  for (const double mu : cos_angle) {
-    if (!(mu >= -1.0 && mu <= 1.0)) {
-      throw std::invalid_argument("cosine of the scattering angle " + std::to_string(mu) +
-                                  " is outside -1..1");
-    }
-    Complex s1, s2;
-    double pi_before = 0.0, pi_n = 1.0;  // angular functions, B&H Eq. 4.47
-    for (std::size_t i = 0; i < series.a.size(); ++i) {
-      const double n = static_cast<double>(i + 1);
-      const double tau_n = n * mu * pi_n - (n + 1.0) * pi_before;
-      const double weight = (2.0 * n + 1.0) / (n * (n + 1.0));
-      s1 += weight * (series.a[i] * pi_n + series.b[i] * tau_n);
-      s2 += weight * (series.a[i] * tau_n + series.b[i] * pi_n);
-      const double pi_next = ((2.0 * n + 1.0) * mu * pi_n - (n + 1.0) * pi_before) / n;
-      pi_before = pi_n;
-      pi_n = pi_next;
-    }
-    result.push_back({s1, s2});
-  }
-  return result;
-}
-
-}  // namespace
-
 MieEfficiencies mie_efficiencies(double size_parameter, std::complex<double> refractive_index) {
-  const Series series = scattering_series(size_parameter, refractive_index);
+  const MieSeries series = mie_series(size_parameter, refractive_index);
   double extinction = 0.0, asymmetry = 0.0;
   Complex back;
   double sign = -1.0;
@@ -200,12 +195,12 @@ MieEfficiencies mie_efficiencies(double size_parameter, std::complex<double> ref
 std::vector<MieAmplitudes> mie_amplitudes(double size_parameter,
                                           std::complex<double> refractive_index,
                                           std::span<const double> cos_angle) {
-  return amplitudes(scattering_series(size_parameter, refractive_index), cos_angle);
+  return amplitudes(mie_series(size_parameter, refractive_index), cos_angle);
 }
 
 std::vector<double> mie_phase_function(double size_parameter, std::complex<double> refractive_index,
                                        std::span<const double> cos_angle) {
-  const Series series = scattering_series(size_parameter, refractive_index);
+  const MieSeries series = mie_series(size_parameter, refractive_index);
   const double norm = 1.0 / (4.0 * std::numbers::pi * scattering_sum(series));
   std::vector<double> result;
   result.reserve(cos_angle.size());

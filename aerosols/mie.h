@@ -23,6 +23,11 @@ struct MieAmplitudes {
   std::complex<double> s2;  ///< electric field parallel to the scattering plane
 };
 
+/// The scattering coefficients a_n (electric) and b_n (magnetic); entry n - 1 holds order n.
+struct MieSeries {
+  std::vector<std::complex<double>> a, b;
+};
+
 /// Range of the size parameter that the functions below accept.
 inline constexpr double kMieSmallestSizeParameter = 1e-4;
 inline constexpr double kMieLargestSizeParameter = 1e4;
@@ -33,6 +38,15 @@ inline constexpr double kMieLargestSizeParameter = 1e4;
 /// x in [1e-4, 1e4], n in (0, 20], k in [0, 20]. Relative error of the efficiencies below
 /// 1e-6 (printed digits of Wiscombe 1979). Throws std::invalid_argument outside those ranges.
 MieEfficiencies mie_efficiencies(double size_parameter, std::complex<double> refractive_index);
+
+/// Scattering coefficients by Bohren & Huffman (1983), Eq. 4.88, in their sign convention; as many
+/// orders as the series needs, about x + 4 x^(1/3) + 3. Parameters, ranges and exceptions as
+/// mie_efficiencies().
+MieSeries mie_series(double size_parameter, std::complex<double> refractive_index);
+
+/// Sum of (2n + 1) (|a_n|^2 + |b_n|^2): the scattering efficiency times x^2 / 2
+/// (Bohren & Huffman 1983, Eq. 4.61).
+double scattering_sum(const MieSeries& series);
 
 /// Amplitudes S1, S2 at each scattering angle whose cosine is given (in [-1, 1]), by
 /// Bohren & Huffman (1983), Eq. 4.74. Same ranges and errors as mie_efficiencies(); result

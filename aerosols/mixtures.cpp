@@ -6,8 +6,10 @@
 #include <limits>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "aerosols/component_optics.h"
+#include "aerosols/component_phase.h"
 #include "aerosols/components.h"
 
 namespace twilight {
@@ -64,18 +66,42 @@ void check_humidity(double percent) {
   }
 }
 
-AerosolLayer mix(const NumberDensities& per_cm3, double humidity_percent,
-                 std::span<const double> wavelength_nm) {
+// One layer of a type before its optics are known.
+struct Mixture {
+  NumberDensities per_cm3;
+  double humidity_percent;
+  double bottom_km, top_km, scale_height_km;
+};
+
+std::vector<Mixture> mixtures_above_ground(std::string_view type, double humidity_percent) {
+  check_humidity(humidity_percent);
+  if (type == "none") return {};
+  const AerosolType& mixing = find_type(type);
+  const double top_km = mixing.mixing_layer_top_km;
+  return {
+      {mixing.per_cm3, humidity_percent, 0.0, top_km, mixing.scale_height_km},
+      {kFreeTroposphere_per_cm3, kTroposphereHumidity_percent, top_km, kTroposphereTop_km,
+       kTroposphereScaleHeight_km},
+      {kStratosphere_per_cm3, 0.0, kTroposphereTop_km, kStratosphereTop_km,
+       std::numeric_limits<double>::infinity()},
+  };
+}
+
+AerosolLayer layer_of(const Mixture& mixture, std::span<const double> wavelength_nm) {
   AerosolLayer layer;
+  layer.bottom_km = mixture.bottom_km;
+  layer.top_km = mixture.top_km;
+  layer.scale_height_km = mixture.scale_height_km;
   for (const double wavelength : wavelength_nm) {
     double scattering = 0.0, absorption = 0.0, cosine = 0.0;
     for (std::size_t i = 0; i < kAerosolComponents; ++i) {
-      if (per_cm3[i] == 0.0) continue;
+      const double number = mixture.per_cm3[i];
+      if (number == 0.0) continue;
       const ComponentOptics optics =
-          component_optics(static_cast<AerosolComponent>(i), humidity_percent, wavelength);
-      scattering += per_cm3[i] * optics.scattering_per_km;
-      absorption += per_cm3[i] * optics.absorption_per_km;
-      cosine += per_cm3[i] * optics.scattering_per_km * optics.asymmetry;
+          component_optics(static_cast<AerosolComponent>(i), mixture.humidity_percent, wavelength);
+      scattering += number * optics.scattering_per_km;
+      absorption += number * optics.absorption_per_km;
+      cosine += number * optics.scattering_per_km * optics.asymmetry;
     }
     layer.scattering_per_km.push_back(scattering);
     layer.absorption_per_km.push_back(absorption);
@@ -84,11 +110,34 @@ AerosolLayer mix(const NumberDensities& per_cm3, double humidity_percent,
   return layer;
 }
 
-AerosolLayer between(AerosolLayer layer, double bottom_km, double top_km, double scale_height_km) {
-  layer.bottom_km = bottom_km;
-  layer.top_km = top_km;
-  layer.scale_height_km = scale_height_km;
-  return layer;
+// The share of a component state in the scattering of a mixture.
+struct StateShare {
+  std::size_t state;
+  double share;
+};
+
+std::vector<StateShare> state_shares(const Mixture& mixture, double wavelength_nm) {
+  std::vector<StateShare> shares;
+  double total = 0.0;
+  for (std::size_t i = 0; i < kAerosolComponents; ++i) {
+    const double number = mixture.per_cm3[i];
+    if (number == 0.0) continue;
+    const auto component = static_cast<AerosolComponent>(i);
+    const double humidity = mixture.humidity_percent;
+    const double scattering =
+        number * component_optics(component, humidity, wavelength_nm).scattering_per_km;
+    const auto [low, high, fraction] = humidity_classes(component, humidity);
+    if (fraction < 1.0) shares.push_back({low, scattering * (1.0 - fraction)});
+    if (fraction > 0.0) shares.push_back({high, scattering * fraction});
+    total += scattering;
+  }
+  for (StateShare& s : shares) s.share /= total;
+  return shares;
+}
+
+void add_scaled(std::vector<double>& sum, const std::vector<double>& values, double factor) {
+  sum.resize(values.size());
+  for (std::size_t i = 0; i < values.size(); ++i) sum[i] += factor * values[i];
 }
 
 // Integral of the profile over [z0, z1] in km.
@@ -117,18 +166,50 @@ std::array<double, kAerosolComponents> ground_number_densities_per_cm3(std::stri
 std::vector<AerosolLayer> opac_aerosol_layers(std::string_view type,
                                               double relative_humidity_percent,
                                               std::span<const double> wavelength_nm) {
-  check_humidity(relative_humidity_percent);
-  if (type == "none") return {};
-  const AerosolType& mixture = find_type(type);
-  const double top_km = mixture.mixing_layer_top_km;
-  return {
-      between(mix(mixture.per_cm3, relative_humidity_percent, wavelength_nm), 0.0, top_km,
-              mixture.scale_height_km),
-      between(mix(kFreeTroposphere_per_cm3, kTroposphereHumidity_percent, wavelength_nm), top_km,
-              kTroposphereTop_km, kTroposphereScaleHeight_km),
-      between(mix(kStratosphere_per_cm3, 0.0, wavelength_nm), kTroposphereTop_km,
-              kStratosphereTop_km, std::numeric_limits<double>::infinity()),
+  std::vector<AerosolLayer> layers;
+  for (const Mixture& mixture : mixtures_above_ground(type, relative_humidity_percent)) {
+    layers.push_back(layer_of(mixture, wavelength_nm));
+  }
+  return layers;
+}
+
+std::vector<std::vector<PhaseMatrix>> opac_aerosol_phases(std::string_view type,
+                                                          double relative_humidity_percent,
+                                                          std::span<const double> wavelength_nm) {
+  const std::vector<Mixture> mixtures = mixtures_above_ground(type, relative_humidity_percent);
+  // Layers share states: each (state, wavelength) is integrated once.
+  std::vector<StateAtWavelength> wanted;
+  const auto place_of = [&](std::size_t state, double wavelength) {
+    const auto same = [&](const StateAtWavelength& w) {
+      return w.state == state && w.wavelength_nm == wavelength;
+    };
+    return static_cast<std::size_t>(std::ranges::find_if(wanted, same) - wanted.begin());
   };
+  for (const double wavelength : wavelength_nm) {
+    for (const Mixture& mixture : mixtures) {
+      for (const StateShare& s : state_shares(mixture, wavelength)) {
+        if (place_of(s.state, wavelength) == wanted.size()) wanted.push_back({s.state, wavelength});
+      }
+    }
+  }
+  const std::vector<PhaseMatrix> integrated = component_phases(wanted);
+
+  std::vector<std::vector<PhaseMatrix>> phases(mixtures.size());
+  for (std::size_t i = 0; i < mixtures.size(); ++i) {
+    for (const double wavelength : wavelength_nm) {
+      PhaseMatrix sum;
+      for (const StateShare& s : state_shares(mixtures[i], wavelength)) {
+        const PhaseMatrix& of_state = integrated[place_of(s.state, wavelength)];
+        sum.angle_rad = of_state.angle_rad;
+        add_scaled(sum.p11, of_state.p11, s.share);
+        add_scaled(sum.p12, of_state.p12, s.share);
+        add_scaled(sum.p33, of_state.p33, s.share);
+        add_scaled(sum.p34, of_state.p34, s.share);
+      }
+      phases[i].push_back(std::move(sum));
+    }
+  }
+  return phases;
 }
 
 double mean_profile(const AerosolLayer& layer, double z0_km, double z1_km) {

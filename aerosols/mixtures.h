@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "aerosols/components.h"
+#include "atmosphere/phase_matrix.h"
 
 namespace twilight {
 
@@ -41,6 +42,17 @@ std::array<double, kAerosolComponents> ground_number_densities_per_cm3(std::stri
 std::vector<AerosolLayer> opac_aerosol_layers(std::string_view type,
                                               double relative_humidity_percent,
                                               std::span<const double> wavelength_nm);
+
+/// Scattering matrices of the layers of opac_aerosol_layers(), [layer][wavelength], for the same
+/// arguments: those of the components (component_phases()) weighted with number density and
+/// scattering coefficient. Between OPAC's humidities a component's matrix goes from class to class
+/// as its asymmetry does in component_optics(). Every matrix is normalised and has the angles
+/// phase_angles_rad(); its mean cosine is the layer's asymmetry within 3e-4. Takes 0.05 s per
+/// wavelength for continental, 0.5 s for maritime mixtures on one core. Throws as
+/// opac_aerosol_layers().
+std::vector<std::vector<PhaseMatrix>> opac_aerosol_phases(std::string_view type,
+                                                          double relative_humidity_percent,
+                                                          std::span<const double> wavelength_nm);
 
 /// Mean over [z0_km, z1_km] of the layer's height profile: exp(-z/Z) inside the layer, 0
 /// outside, integrated exactly and divided by z1_km - z0_km. Dimensionless; times a

@@ -1,11 +1,14 @@
 #include "atmosphere/air.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <optional>
 #include <sstream>
 #include <stdexcept>
 
 #include "atmosphere/layers.h"
+#include "atmosphere/nitrogen_dioxide.h"
 #include "atmosphere/ozone.h"
 #include "atmosphere/profile.h"
 #include "atmosphere/rayleigh.h"
@@ -34,6 +37,9 @@ void check(const AirOptions& o, std::span<const double> wavelength_nm) {
   if (o.ozone_du && !(*o.ozone_du >= 0.0 && *o.ozone_du <= 1000.0)) {
     fail("ozone_du", *o.ozone_du, "0..1000");
   }
+  if (o.nitrogen_dioxide_du && !(*o.nitrogen_dioxide_du >= 0.0 && *o.nitrogen_dioxide_du <= 5.0)) {
+    fail("nitrogen_dioxide_du", *o.nitrogen_dioxide_du, "0..5");
+  }
   if (!(o.earth_radius_km >= 1000.0 && o.earth_radius_km <= 70000.0)) {
     fail("earth_radius_km", o.earth_radius_km, "1000..70000");
   }
@@ -60,6 +66,37 @@ ProfileLevel mean_state(const Profile& profile, double bottom_km, double top_km)
           mean(&ProfileLevel::nitrogen_dioxide_per_cm3)};
 }
 
+// Column wanted, or the profile's own up to its top.
+double column_per_cm2(const Profile& profile, Profile::Gas gas, std::optional<double> wanted_du) {
+  if (wanted_du) return *wanted_du * kMoleculesPerCm2PerDobson;
+  return profile.power_integral(gas, 1.0, 0.0, profile.top_km()) * kCmPerKm;
+}
+
+// Spreads the column over the layers as the profile does, or the US standard where the profile has
+// no nitrogen dioxide.
+void add_nitrogen_dioxide(Medium& medium, const Profile& profile, double column_per_cm2) {
+  if (column_per_cm2 == 0.0) return;
+  constexpr auto kGas = &ProfileLevel::nitrogen_dioxide_per_cm3;
+  const Profile shape =
+      profile.levels().front().*kGas > 0.0 ? profile : Profile::named("us_standard");
+  std::vector<double> per_cm2;
+  double sum_per_cm2 = 0.0;
+  for (std::size_t i = 0; i < medium.layers(); ++i) {
+    const double bottom_km = std::min(medium.boundary_km[i], shape.top_km());
+    const double top_km = std::min(medium.boundary_km[i + 1], shape.top_km());
+    per_cm2.push_back(shape.power_integral(kGas, 1.0, bottom_km, top_km) * kCmPerKm);
+    sum_per_cm2 += per_cm2.back();
+  }
+  for (std::size_t w = 0; w < medium.wavelengths(); ++w) {
+    const double optical_depth =
+        nitrogen_dioxide_cross_section_cm2(medium.wavelength_nm[w]) * column_per_cm2;
+    for (std::size_t i = 0; i < medium.layers(); ++i) {
+      medium.gas_absorption_per_km(i, w) += optical_depth * per_cm2[i] / sum_per_cm2 /
+                                            (medium.boundary_km[i + 1] - medium.boundary_km[i]);
+    }
+  }
+}
+
 // Height where exp(-h / 8 km) takes its mean over a layer.
 double mean_height_km(double bottom_km, double top_km) {
   const double x = (top_km - bottom_km) / kHaberScaleHeightKm;
@@ -79,13 +116,7 @@ Medium make_air(const AirOptions& options, std::span<const double> wavelength_nm
                                            options.layers, options.snap_boundaries_km);
   const std::size_t layers = medium.layers();
   const std::size_t wavelengths = medium.wavelengths();
-  const LayerTable zero(layers, wavelengths);
-  medium.air_scattering_per_km = zero;
-  medium.aerosol_scattering_per_km = zero;
-  medium.aerosol_absorption_per_km = zero;
-  medium.aerosol_asymmetry = zero;
-  medium.gas_absorption_per_km = zero;
-  medium.refractivity = zero;
+  medium.zero_tables();
 
   std::vector<double> cross_section_cm2;
   for (const double w : wavelength_nm) {
@@ -97,11 +128,10 @@ Medium make_air(const AirOptions& options, std::span<const double> wavelength_nm
         options.depolarisation.value_or(depolarisation_from_king_factor(king)));
   }
 
-  const double column_per_cm2 =
-      options.ozone_du
-          ? *options.ozone_du * kMoleculesPerCm2PerDobson
-          : profile.power_integral(&ProfileLevel::ozone_per_cm3, 1.0, 0.0, profile.top_km()) *
-                kCmPerKm;
+  const double ozone_column_per_cm2 =
+      column_per_cm2(profile, &ProfileLevel::ozone_per_cm3, options.ozone_du);
+  const double nitrogen_dioxide_column_per_cm2 =
+      column_per_cm2(profile, &ProfileLevel::nitrogen_dioxide_per_cm3, options.nitrogen_dioxide_du);
 
   std::vector<double> ozone_per_cm3;
   double layered_per_cm2 = 0.0;
@@ -132,14 +162,15 @@ Medium make_air(const AirOptions& options, std::span<const double> wavelength_nm
   for (std::size_t w = 0; w < wavelengths; ++w) {
     const double cross_section = ozone_cross_section_cm2(wavelength_nm[w]);
     if (options.ozone == "vertical") {
-      medium.vertical_filter_optical_depth.push_back(cross_section * column_per_cm2);
+      medium.vertical_filter_optical_depth.push_back(cross_section * ozone_column_per_cm2);
       continue;
     }
-    const double scale = column_per_cm2 / layered_per_cm2;
+    const double scale = ozone_column_per_cm2 / layered_per_cm2;
     for (std::size_t i = 0; i < layers; ++i) {
       medium.gas_absorption_per_km(i, w) = cross_section * ozone_per_cm3[i] * scale * kCmPerKm;
     }
   }
+  add_nitrogen_dioxide(medium, profile, nitrogen_dioxide_column_per_cm2);
   return medium;
 }
 

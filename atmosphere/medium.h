@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <vector>
 
+#include "atmosphere/phase_matrix.h"
+
 namespace twilight {
 
 /// A dense table [layer][wavelength], row-major.
@@ -36,13 +38,20 @@ struct Medium {
   std::vector<double> wavelength_nm;  ///< size W, vacuum-air difference ignored
   std::vector<double> boundary_km;    ///< size N+1, strictly increasing from 0
 
-  LayerTable air_scattering_per_km;      ///< Rayleigh
+  LayerTable air_scattering_per_km;  ///< Rayleigh
   LayerTable aerosol_scattering_per_km;
   LayerTable aerosol_absorption_per_km;
-  LayerTable aerosol_asymmetry;          ///< Henyey-Greenstein g, (-1, 1)
-  LayerTable gas_absorption_per_km;      ///< ozone (and what else absorbs)
-  LayerTable refractivity;               ///< n - 1 at the layer's mean density
-  std::vector<double> depolarisation;    ///< of air, per wavelength, in [0, 6/7)
+  LayerTable aerosol_asymmetry;        ///< Henyey-Greenstein g, (-1, 1)
+  LayerTable gas_absorption_per_km;    ///< ozone, nitrogen dioxide
+  LayerTable refractivity;             ///< n - 1 at the layer's mean density
+  std::vector<double> depolarisation;  ///< of air, per wavelength, in [0, 6/7)
+
+  /// Kinds of aerosol with a tabulated scattering matrix, [kind][wavelength], and the scattering
+  /// coefficient of each kind, [kind](layer, wavelength); the kinds add up to
+  /// aerosol_scattering_per_km. Both empty: every aerosol scatters after Henyey and Greenstein
+  /// with aerosol_asymmetry, and leaves the light unpolarised.
+  std::vector<std::vector<PhaseMatrix>> aerosol_phase;
+  std::vector<LayerTable> aerosol_kind_scattering_per_km;
 
   /// Vertical ozone optical depth above the model per wavelength, the paper's
   /// filter (Sec. 4.3), applied once to sunlight; empty where ozone is layered.
@@ -52,6 +61,18 @@ struct Medium {
   std::vector<double> pressure_hpa;
   std::vector<double> temperature_k;
   std::vector<double> relative_humidity;  ///< 0..1 over liquid water
+
+  /// Gives every table the size layers() x wavelengths() and sets it to 0; boundary_km and
+  /// wavelength_nm come first.
+  void zero_tables() {
+    const LayerTable zero(layers(), wavelengths());
+    air_scattering_per_km = zero;
+    aerosol_scattering_per_km = zero;
+    aerosol_absorption_per_km = zero;
+    aerosol_asymmetry = zero;
+    gas_absorption_per_km = zero;
+    refractivity = zero;
+  }
 
   std::size_t layers() const { return boundary_km.empty() ? 0 : boundary_km.size() - 1; }
   std::size_t wavelengths() const { return wavelength_nm.size(); }

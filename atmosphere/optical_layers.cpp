@@ -243,16 +243,12 @@ Medium read_optical_layers(const std::filesystem::path& file, double earth_radiu
   medium.earth_radius_km = earth_radius_km;
   medium.boundary_km.push_back(0.0);
   for (const Row& row : chosen.front()->rows) medium.boundary_km.push_back(row.value[kTop]);
-  const LayerTable zero(medium.layers(), chosen.size());
-  medium.air_scattering_per_km = zero;
-  medium.aerosol_scattering_per_km = zero;
-  medium.aerosol_absorption_per_km = zero;
-  medium.aerosol_asymmetry = zero;
-  medium.gas_absorption_per_km = zero;
-  medium.refractivity = zero;
   for (std::size_t w = 0; w < chosen.size(); ++w) {
     medium.wavelength_nm.push_back(wavelength_nm_wanted.empty() ? chosen[w]->wavelength_nm
                                                                 : wavelength_nm_wanted[w]);
+  }
+  medium.zero_tables();
+  for (std::size_t w = 0; w < chosen.size(); ++w) {
     medium.depolarisation.push_back(depolarisation);
     for (std::size_t i = 0; i < medium.layers(); ++i) {
       const auto& value = chosen[w]->rows[i].value;

@@ -108,7 +108,8 @@ ProfileLevel Profile::at(double height_km) const {
           log_of(&ProfileLevel::nitrogen_dioxide_per_cm3)};
 }
 
-double Profile::power_integral(Gas gas, double exponent, double bottom_km, double top_km) const {
+template <typename Mean>
+double Profile::integral(double bottom_km, double top_km, Mean mean) const {
   if (!(bottom_km >= 0.0 && bottom_km <= top_km && top_km <= this->top_km())) {
     std::ostringstream s;
     s << "height interval " << bottom_km << ".." << top_km << " km must rise within 0.."
@@ -123,11 +124,17 @@ double Profile::power_integral(Gas gas, double exponent, double bottom_km, doubl
     const double hi = std::min(top_km, b.height_km);
     if (lo >= hi) continue;
     const double step = b.height_km - a.height_km;
-    const double from = log_interpolated(a.*gas, b.*gas, (lo - a.height_km) / step);
-    const double to = log_interpolated(a.*gas, b.*gas, (hi - a.height_km) / step);
-    sum += (hi - lo) * log_mean(from, to, exponent);
+    sum += (hi - lo) * mean(a, b, (lo - a.height_km) / step, (hi - a.height_km) / step);
   }
   return sum;
+}
+
+double Profile::power_integral(Gas gas, double exponent, double bottom_km, double top_km) const {
+  return integral(bottom_km, top_km,
+                  [&](const ProfileLevel& a, const ProfileLevel& b, double from, double to) {
+                    return log_mean(log_interpolated(a.*gas, b.*gas, from),
+                                    log_interpolated(a.*gas, b.*gas, to), exponent);
+                  });
 }
 
 double Profile::mean(Gas gas, double bottom_km, double top_km) const {
@@ -136,23 +143,13 @@ double Profile::mean(Gas gas, double bottom_km, double top_km) const {
 }
 
 double Profile::mean_temperature_k(double bottom_km, double top_km) const {
-  if (!(bottom_km >= 0.0 && bottom_km < top_km && top_km <= this->top_km())) {
-    std::ostringstream s;
-    s << "layer " << bottom_km << ".." << top_km << " km must rise within 0.." << this->top_km()
-      << " km of profile " << name_;
-    fail(s.str());
-  }
-  double sum = 0.0;
-  for (std::size_t i = 0; i + 1 < levels_.size(); ++i) {
-    const ProfileLevel& a = levels_[i];
-    const ProfileLevel& b = levels_[i + 1];
-    const double lo = std::max(bottom_km, a.height_km);
-    const double hi = std::min(top_km, b.height_km);
-    if (lo >= hi) continue;
-    const double slope = (b.temperature_k - a.temperature_k) / (b.height_km - a.height_km);
-    sum += (hi - lo) * (a.temperature_k + slope * (0.5 * (lo + hi) - a.height_km));
-  }
-  return sum / (top_km - bottom_km);
+  if (!(bottom_km < top_km)) fail("layer must have a bottom below its top");
+  return integral(bottom_km, top_km,
+                  [](const ProfileLevel& a, const ProfileLevel& b, double from, double to) {
+                    return a.temperature_k +
+                           0.5 * (from + to) * (b.temperature_k - a.temperature_k);
+                  }) /
+         (top_km - bottom_km);
 }
 
 double water_saturation_pressure_hpa(double temperature_k) {

@@ -62,6 +62,11 @@ class Profile {
   double power_integral(Gas gas, double exponent, double bottom_km, double top_km) const;
 
  private:
+  /// Sum over the parts of levels within bottom_km..top_km of thickness x mean(level below, level
+  /// above, fraction of the way up at the part's bottom, and at its top).
+  template <typename Mean>
+  double integral(double bottom_km, double top_km, Mean mean) const;
+
   Profile(std::string name, std::vector<ProfileLevel> levels);
 
   std::string name_;

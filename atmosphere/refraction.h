@@ -20,16 +20,37 @@ struct RayTrace {
   double perigee_km = 0.0;  ///< lowest altitude reached
 };
 
+/// A piece of a ray within one shell of air, on one side of its perigee; the direction is that of
+/// travel, away from the start.
+struct PathPiece {
+  std::size_t layer = 0;
+  double length_km = 0.0;
+  double start_altitude_km = 0.0, end_altitude_km = 0.0;
+  double start_angle_rad = 0.0, end_angle_rad = 0.0;    ///< central angle from the ray's start
+  double start_zenith_rad = 0.0, end_zenith_rad = 0.0;  ///< of the direction, local vertical, 0..pi
+};
+
+/// A ray followed through the model.
+struct RayPath {
+  std::vector<PathPiece> pieces;  ///< in the order of travel, inside the model only
+  bool hits_ground = false;
+  double deflection_rad = 0.0;  ///< as RayTrace, with what bends above the model's top
+};
+
 /// Rays of one wavelength through a medium, by Bouguer's law n r sin(theta) = constant (Snell's law
 /// for spherical layers; Haber et al. 2005, Sec. 4.4).
 ///
 /// The refractive index is continuous: the layers' refractivities stand at the height where an
-/// exponential through the neighbours takes the layer's mean, are linear in their logarithm between
-/// (and beyond) them, and fall off to 0 above the model's top with the topmost scale height. So
-/// a horizontal ray inside a layer meets no step of n that could reflect it. Layers thicker than
-/// 0.5 km are subdivided; within each shell n ~ r^-k, for which bending is exact,
-/// k / (1 - k) times the change of atan(cot(theta)), and path length is exact to n's change over
-/// the shell squared (1e-9). Zero refractivity gives straight lines exactly.
+/// exponential through the neighbours takes the layer's mean; kinks in their logarithm (profiles
+/// are tabulated) are smoothed by parabolas over 2 km on either side where layers are finer; a
+/// natural cubic spline of the logarithm joins them, so that bending has a smooth derivative
+/// (sunlight's spreading), a line beyond them, and falls off to 0 above the model's top with the
+/// topmost scale height. So a horizontal ray inside a layer meets no step of n that could reflect
+/// it. Layers are subdivided into shells of at most 0.1 km at the ground and more above, as the air
+/// thins; within each shell n ~ r^-k, for which bending is exact, k / (1 - k) times the change of
+/// atan(cot(theta)), plus what n's second derivative adds to first order (without it n's slope
+/// would step from shell to shell, and with it sunlight's spreading); path length is exact to 1e-8,
+/// near a perigee to 1e-4 of the shell's. Zero refractivity gives straight lines exactly.
 ///
 /// Where n falls so fast that n r decreases with height (radii above about 25000 km, or strong
 /// inversions), rays can be ducted: one that cannot leave counts as hits_ground, its path ends on
@@ -39,8 +60,9 @@ struct RayTrace {
 class RefractedRays {
  public:
   /// Throws std::invalid_argument for a wavelength index or a medium out of range (no layers,
-  /// boundaries not rising from 0, negative or not finite refractivity).
-  RefractedRays(const Medium& medium, std::size_t wavelength);
+  /// boundaries not rising from 0, negative or not finite refractivity). refraction = false: rays
+  /// are straight whatever the refractivity.
+  RefractedRays(const Medium& medium, std::size_t wavelength, bool refraction = true);
 
   /// Follows the ray that starts at altitude_km (>= 0, tested to 500) under the apparent zenith
   /// angle 0..pi out of the atmosphere or to the ground; downward rays pass their perigee. A
@@ -49,6 +71,15 @@ class RefractedRays {
   /// Throws std::invalid_argument for values out of range.
   RayTrace trace_outward(double altitude_km, double apparent_zenith_rad,
                          std::span<double> path_km) const;
+
+  /// The same ray piece by piece, one per shell and leg (no piece crosses a layer boundary or the
+  /// perigee), for integrals along it: lengths, angles and deflection are those of trace_outward.
+  /// Starts above the model's top run straight to where the air begins, their central angles
+  /// counting from the start; no pieces where the ray misses the model.
+  RayPath follow(double altitude_km, double apparent_zenith_rad) const;
+
+  /// Refractive index at an altitude (>= 0), as the rays see it.
+  double refractive_index(double altitude_km) const;
 
   /// Apparent zenith angle, 0..pi, under which light arrives from the true (unrefracted) zenith
   /// angle 0..pi at infinity: the search of Haber et al. (2005), Sec. 4.4, by bisection and false
@@ -60,17 +91,28 @@ class RefractedRays {
   /// medium the limiting ray that leaves.
   double horizon_apparent_zenith_rad(double altitude_km) const;
 
- private:
+  /// The shells, bottom up: shell j lies between boundaries j and j + 1.
   struct Boundary {
     double height_km;
-    double v_km;  // n r - R, km: small enough for differences to stay exact
+    double v_km;  ///< n r - R: small enough for differences to stay exact
   };
   struct Shell {
-    double exponent;        // m: n r ~ r^m; 1 without refraction
-    double length_factor;   // 1 / (m n)
-    double bending_factor;  // (1 - m) / m
-    std::size_t layer;      // kAboveModel beyond the top
+    double exponent;        ///< m: n r ~ r^m; 1 without refraction
+    double length_factor;   ///< 1 / (m n): length over the change of n r cos(theta)
+    double bending_factor;  ///< (1 - m) / m
+    double curvature;   ///< second derivative of n over u m^2 n^2, km^-3, u = R + v of the bottom
+    std::size_t layer;  ///< kAboveModel beyond the top
   };
+  static constexpr std::size_t kAboveModel = static_cast<std::size_t>(-1);
+  std::span<const Boundary> boundaries() const { return boundary_; }
+  std::span<const Shell> shells() const { return shell_; }
+  bool refracting() const { return refracting_; }
+
+ private:
+  // Calls visit(Leg) for every shell a ray passes (see refraction.cpp) and returns what becomes of
+  // it but for true_zenith_rad.
+  template <typename Visit>
+  RayTrace march(double altitude_km, double apparent_zenith_rad, const Visit& visit) const;
 
   // v at any height, and the shell of the boundary at or below it.
   double v_km(double height_km, std::size_t shell) const;

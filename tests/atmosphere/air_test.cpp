@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "atmosphere/nitrogen_dioxide.h"
 #include "atmosphere/ozone.h"
 #include "atmosphere/profile.h"
 #include "atmosphere/rayleigh.h"
@@ -63,6 +64,7 @@ TEST(Air, OzoneColumnIsWhatIsAsked) {
         options.profile = std::string(name);
         options.layer_optics = optics;
         options.ozone_du = du;
+        options.nitrogen_dioxide_du = 0.0;
         options.top_km = 35.0;
         const Medium m = make_air(options, kWavelengths);
         for (std::size_t w = 0; w < kWavelengths.size(); ++w) {
@@ -80,6 +82,7 @@ TEST(Air, OzoneColumnIsWhatIsAsked) {
 // hold 300.
 TEST(Air, OzoneColumnOfTheProfile) {
   AirOptions options;
+  options.nitrogen_dioxide_du = 0.0;
   Medium m = make_air(options, kWavelengths);
   const double unit = kMoleculesPerCm2PerDobson * ozone_cross_section_cm2(550.0);
   EXPECT_NEAR(column(m, m.gas_absorption_per_km, k550) / unit, 345.0, 2.0);
@@ -93,6 +96,7 @@ TEST(Air, VerticalOzoneLeavesTheLayersAlone) {
   AirOptions options;
   options.ozone = "vertical";
   options.ozone_du = 300.0;
+  options.nitrogen_dioxide_du = 0.0;
   const Medium m = make_air(options, kWavelengths);
   ASSERT_EQ(m.vertical_filter_optical_depth.size(), kWavelengths.size());
   for (std::size_t w = 0; w < kWavelengths.size(); ++w) {
@@ -100,6 +104,51 @@ TEST(Air, VerticalOzoneLeavesTheLayersAlone) {
                      300.0 * kMoleculesPerCm2PerDobson * ozone_cross_section_cm2(kWavelengths[w]));
     EXPECT_EQ(column(m, m.gas_absorption_per_km, w), 0.0);
   }
+}
+
+// Anderson et al. (1986): the US standard model holds 5.5e15 cm^-2 of nitrogen dioxide, within the
+// 2..6e15 measured over clean places; an optical depth of 0.003 at 400..450 nm.
+TEST(Air, NitrogenDioxideColumnOfTheProfile) {
+  AirOptions options;
+  options.ozone_du = 0.0;
+  const std::vector<double> w = {400.0, 440.0};
+  const Medium m = make_air(options, w);
+  const double column_per_cm2 =
+      column(m, m.gas_absorption_per_km, 0) / nitrogen_dioxide_cross_section_cm2(400.0);
+  EXPECT_NEAR(column_per_cm2, 5.5e15, 0.1e15);
+  EXPECT_NEAR(column(m, m.gas_absorption_per_km, 1), 0.003, 0.0005);
+  // Most of it lies in the stratosphere.
+  double below_15_km = 0.0;
+  for (std::size_t i = 0; m.boundary_km[i + 1] < 15.0; ++i) {
+    below_15_km += m.gas_absorption_per_km(i, 0) * (m.boundary_km[i + 1] - m.boundary_km[i]);
+  }
+  EXPECT_LT(below_15_km, 0.15 * column(m, m.gas_absorption_per_km, 0));
+}
+
+TEST(Air, NitrogenDioxideColumnIsWhatIsAsked) {
+  for (const auto name : Profile::names()) {
+    for (const double top_km : {35.0, 100.0, name == "exponential" ? 200.0 : 120.0}) {
+      AirOptions options;
+      options.profile = std::string(name);
+      options.top_km = top_km;
+      options.ozone_du = 0.0;
+      options.nitrogen_dioxide_du = 0.7;
+      const Medium m = make_air(options, kWavelengths);
+      for (std::size_t w = 0; w < kWavelengths.size(); ++w) {
+        const double expected =
+            0.7 * kMoleculesPerCm2PerDobson * nitrogen_dioxide_cross_section_cm2(kWavelengths[w]);
+        EXPECT_NEAR(column(m, m.gas_absorption_per_km, w), expected, 1e-12 * expected);
+      }
+    }
+  }
+}
+
+TEST(Air, ExponentialHasNoNitrogenDioxideUnlessAsked) {
+  AirOptions options;
+  options.profile = "exponential";
+  options.ozone_du = 0.0;
+  const Medium m = make_air(options, kWavelengths);
+  EXPECT_EQ(column(m, m.gas_absorption_per_km, 1), 0.0);
 }
 
 TEST(Air, CentreTakesTheValueAtTheCentre) {
@@ -196,6 +245,8 @@ TEST(Air, NamesWhatIsOutOfRange) {
   };
   const std::vector<double> w = {550.0};
   EXPECT_NE(complaint(with([](auto& o) { o.ozone_du = 1001.0; }), w).find("0..1000"),
+            std::string::npos);
+  EXPECT_NE(complaint(with([](auto& o) { o.nitrogen_dioxide_du = 5.1; }), w).find("0..5"),
             std::string::npos);
   EXPECT_NE(complaint(with([](auto& o) { o.depolarisation = 0.9; }), w).find("[0, 6/7)"),
             std::string::npos);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <numbers>
 #include <numeric>
@@ -329,6 +330,132 @@ TEST(RayPaths, AreReversible) {
   const RayTrace up = rays.trace_outward(down.perigee_km, 0.5 * kPi, half_km);
   EXPECT_NEAR(2.0 * up.deflection_rad / down.deflection_rad, 1.0, 1e-6);
   EXPECT_NEAR(2.0 * total(half_km) / total(path_km), 1.0, 1e-6);
+}
+
+// Followed piece by piece a ray is trace_outward's: lengths per layer, deflection, fate; pieces
+// join, keep n r sin(theta), stay in their layer, and turn at the perigee.
+TEST(FollowedRays, AddUpToTheTrace) {
+  for (const bool refraction : {true, false}) {
+    const Medium m = air(60, "graded", 400.0, refraction);
+    const RefractedRays rays(m, 0);
+    std::vector<double> path_km(m.layers());
+    for (const double h : {0.0, 0.37, 10.0, m.boundary_km[30], 99.0, 100.0, 420.0, 36000.0}) {
+      const double horizon = rays.horizon_apparent_zenith_rad(h);
+      for (const double z : {0.0, 0.8, 1.5, 0.5 * kPi, horizon - 1e-3, horizon - 1e-6,
+                             horizon - 0.1, horizon + 1e-3, 3.0, kPi}) {
+        const RayTrace trace = rays.trace_outward(h, z, path_km);
+        const RayPath path = rays.follow(h, z);
+        EXPECT_EQ(path.hits_ground, trace.hits_ground) << h << ' ' << z;
+        EXPECT_EQ(path.deflection_rad, trace.deflection_rad);
+        std::vector<double> sum(m.layers(), 0.0);
+        double lowest = h;
+        for (std::size_t i = 0; i < path.pieces.size(); ++i) {
+          const PathPiece& p = path.pieces[i];
+          sum[p.layer] += p.length_km;
+          lowest = std::min(lowest, p.end_altitude_km);
+          for (const double altitude : {p.start_altitude_km, p.end_altitude_km}) {
+            EXPECT_GE(altitude, m.boundary_km[p.layer] - 1e-9);
+            EXPECT_LE(altitude, m.boundary_km[p.layer + 1] + 1e-9);
+          }
+          // Bouguer's law, against the start's.
+          const double b = (6371.0 + p.end_altitude_km) * std::sin(p.end_zenith_rad) *
+                           rays.refractive_index(p.end_altitude_km);
+          EXPECT_NEAR(b, (6371.0 + h) * std::sin(z) * rays.refractive_index(h), 1e-4);
+          EXPECT_GE(std::cos(p.start_zenith_rad) * std::cos(p.end_zenith_rad), -1e-9);
+          if (i == 0) continue;
+          const PathPiece& before = path.pieces[i - 1];
+          EXPECT_EQ(p.start_altitude_km, before.end_altitude_km);
+          EXPECT_EQ(p.start_angle_rad, before.end_angle_rad);
+          EXPECT_EQ(p.start_zenith_rad, before.end_zenith_rad);
+        }
+        for (std::size_t i = 0; i < m.layers(); ++i) EXPECT_DOUBLE_EQ(sum[i], path_km[i]);
+        if (path.pieces.empty()) continue;
+        EXPECT_NEAR(lowest, trace.perigee_km, 1e-9) << h << ' ' << z;
+        const PathPiece& last = path.pieces.back();
+        EXPECT_NEAR(last.end_altitude_km, trace.hits_ground ? 0.0 : 100.0, 1e-12);
+        // What bends above the model (kFaintRefractivity): 1e-6 rad.
+        EXPECT_NEAR(last.end_zenith_rad + last.end_angle_rad, z + trace.deflection_rad, 2e-6);
+      }
+    }
+  }
+}
+
+// Without refraction: the chord's ends by the sine and cosine laws.
+TEST(FollowedRays, WithoutRefractionAreChords) {
+  const Medium m = air(60);
+  const RefractedRays rays(m, 0, false);
+  EXPECT_EQ(rays.refractive_index(0.0), 1.0);
+  for (const double h : {0.0, 5.0, 100.0, 700.0}) {
+    for (const double z : {0.0, 1.0, 0.5 * kPi, 1.6, 1.95, 2.5, kPi}) {
+      double along = -1.0;
+      for (const PathPiece& p : rays.follow(h, z).pieces) {
+        if (along < 0.0) {  // distance to the first piece
+          const double r = 6371.0 + p.start_altitude_km;
+          along = h == p.start_altitude_km
+                      ? 0.0
+                      : -(6371.0 + h) * std::cos(z) -
+                            std::sqrt(r * r - std::pow((6371.0 + h) * std::sin(z), 2));
+        }
+        along += p.length_km;
+        const double x = along * std::sin(z);
+        const double y = 6371.0 + h + along * std::cos(z);
+        EXPECT_NEAR(std::hypot(x, y) - 6371.0, p.end_altitude_km, 1e-7) << h << ' ' << z;
+        EXPECT_NEAR(std::atan2(x, y), p.end_angle_rad, 1e-10) << h << ' ' << z;
+        EXPECT_NEAR(p.end_zenith_rad + p.end_angle_rad, z, 1e-12);
+      }
+    }
+  }
+}
+
+// Turned round at its end, a ray comes back to where it began. Starts stand on boundaries, where
+// pieces end.
+TEST(FollowedRays, AreReversible) {
+  const Medium m = air(100, "graded", 550.0);
+  const RefractedRays rays(m, 0);
+  for (const double h : {0.0, m.boundary_km[10], m.boundary_km[50]}) {
+    const double horizon = rays.horizon_apparent_zenith_rad(h);
+    for (const double z : {0.3, 1.4, 1.55, horizon - 1e-4}) {
+      const std::vector<PathPiece> out = rays.follow(h, z).pieces;
+      const double angle = out.back().end_angle_rad;
+      double length_out = 0.0, length = 0.0;
+      for (const PathPiece& p : out) length_out += p.length_km;
+      bool found = false;
+      for (const PathPiece& p : rays.follow(100.0, kPi - out.back().end_zenith_rad).pieces) {
+        length += p.length_km;
+        if (std::abs(p.end_altitude_km - h) > 1e-12 || std::abs(p.end_angle_rad - angle) > 1e-6) {
+          continue;
+        }
+        found = true;
+        EXPECT_NEAR(p.end_zenith_rad, kPi - z, 1e-8);
+        EXPECT_NEAR(length / length_out, 1.0, 1e-7);
+        break;
+      }
+      EXPECT_TRUE(found) << h << ' ' << z;
+    }
+  }
+}
+
+// Refraction's derivative is smooth, though layers and shells have edges: sunlight's spreading
+// depends on it. US standard but for the tropopause, through perigees of 1..8 km.
+TEST(Refraction, SlopeOfBendingIsSmooth) {
+  const Medium m = air(100, "graded", 550.0);
+  const RefractedRays rays(m, 0);
+  const double h = 60.0;
+  const double step = 0.02 / 900.0;  // perigees 20 m apart
+  std::vector<double> slope;
+  for (double z = rays.horizon_apparent_zenith_rad(h) - 0.0085; slope.size() < 330; z += step) {
+    const double bent = rays.trace_outward(h, z + step, {}).deflection_rad -
+                        rays.trace_outward(h, z, {}).deflection_rad;
+    slope.push_back(bent / step);
+  }
+  double worst = 0.0;
+  for (std::size_t i = 20; i + 20 < slope.size(); ++i) {
+    // Against the straight line through points 0.4 km away.
+    const double line = 0.5 * (slope[i - 20] + slope[i + 20]);
+    worst = std::max(worst, std::abs(slope[i] / line - 1.0));
+  }
+  std::printf("slope of bending: %.2e off a line of 0.8 km\n", worst);
+  EXPECT_LT(worst, 0.01);
 }
 
 TEST(ApparentZenith, InvertsTheTrace) {
