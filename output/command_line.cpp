@@ -76,6 +76,24 @@ CLI::App* add_command(CLI::App& app, CommandLine& line, Command command, const c
   return sub;
 }
 
+void add_field(CLI::App* sub, CommandLine& line) {
+  sub->add_option(
+      "--field", line.field,
+      "field that `twilight solve` wrote (netCDF), looked up instead of solving; of the "
+      "same atmosphere, ground and solver, for any Sun, observer and view");
+}
+
+// CLI11 says of an unknown command only that it was not expected.
+std::optional<std::string> unknown_command(const CLI::App& app, int argc, const char* const* argv) {
+  if (argc < 2 || std::string_view(argv[1]).starts_with('-')) return std::nullopt;
+  std::string known;
+  for (const CLI::App* sub : app.get_subcommands([](const CLI::App*) { return true; })) {
+    if (sub->get_name() == argv[1]) return std::nullopt;
+    known += fmt::format("{}{}", known.empty() ? "" : ", ", sub->get_name());
+  }
+  return fmt::format("'{}': unknown command; must be one of {}", argv[1], known);
+}
+
 }  // namespace
 
 ViewDirection View::direction() const {
@@ -98,6 +116,7 @@ ParsedCommandLine parse_command_line(int argc, const char* const* argv) {
   CLI::App* render =
       add_command(app, line, Command::kRender, "render", "the sky as a high dynamic range image");
   render->add_option("-o,--output", line.output, "image to write (OpenEXR)")->capture_default_str();
+  add_field(render, line);
   render->add_option("--preview", line.preview, "tone-mapped picture to write (PNG)");
 
   CLI::App* radiance = add_command(app, line, Command::kRadiance, "radiance",
@@ -108,9 +127,16 @@ ParsedCommandLine parse_command_line(int argc, const char* const* argv) {
       ->allow_extra_args(false);
   radiance->add_option("--views", line.views_file,
                        "CSV file with the columns view_elevation_deg,relative_azimuth_deg");
+  add_field(radiance, line);
 
-  add_command(app, line, Command::kIrradiance, "irradiance",
-              "direct, diffuse and global horizontal irradiance, as CSV");
+  CLI::App* irradiance = add_command(app, line, Command::kIrradiance, "irradiance",
+                                     "direct, diffuse and global horizontal irradiance, as CSV");
+  add_field(irradiance, line);
+  CLI::App* solve = add_command(app, line, Command::kSolve, "solve",
+                                "the field of solver.method \"orders\", which serves every Sun, "
+                                "observer and view, as netCDF for --field");
+  solve->add_option("-o,--output", line.field_output, "file to write (netCDF)")
+      ->capture_default_str();
   add_command(app, line, Command::kSun, "sun",
               "where the Sun stands, and when it sets and twilight ends, as CSV");
   add_command(app, line, Command::kOptics, "optics", "the layers of the atmosphere, as CSV");
@@ -121,6 +147,10 @@ ParsedCommandLine parse_command_line(int argc, const char* const* argv) {
     if (line.command == Command::kRadiance && no_views && !line.print_config)
       throw CLI::RequiredError("--view EL,AZ or --views FILE");
   } catch (const CLI::ParseError& error) {
+    if (const auto complaint = unknown_command(app, argc, argv)) {
+      fmt::print(stderr, "twilight: {}\n", *complaint);
+      return {std::nullopt, kExitBadInput};
+    }
     const int code = app.exit(error);
     return {std::nullopt, code == 0 ? kExitSuccess : kExitBadInput};
   }

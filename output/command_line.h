@@ -19,7 +19,7 @@ inline constexpr int kExitFailure = 1;
 inline constexpr int kExitBadInput = 2;
 inline constexpr int kExitInterrupted = 130;
 
-enum class Command { kRender, kRadiance, kIrradiance, kSun, kOptics };
+enum class Command { kRender, kRadiance, kIrradiance, kSun, kOptics, kSolve };
 
 /// A view as the user gave it, in degrees.
 struct View {
@@ -35,9 +35,12 @@ struct CommandLine {
   std::vector<std::string> overrides;  ///< "KEY=VALUE" in the order given; --threads is the last
   bool quiet = false;
   bool print_config = false;
-  std::filesystem::path output = "sky.exr";      ///< render
-  std::optional<std::filesystem::path> preview;  ///< render
-  std::vector<std::string> views;                ///< radiance, "EL,AZ"
+  std::filesystem::path output = "sky.exr";         ///< render
+  std::optional<std::filesystem::path> preview;     ///< render
+  std::filesystem::path field_output = "field.nc";  ///< solve
+  /// render, radiance, irradiance: a field solved before, looked up instead of solving.
+  std::optional<std::filesystem::path> field;
+  std::vector<std::string> views;  ///< radiance, "EL,AZ"
   std::optional<std::filesystem::path> views_file;
 
   /// Where the spectral layout goes: "sky.spectral.exr" beside "sky.exr".

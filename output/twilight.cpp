@@ -23,6 +23,7 @@
 #include "output/command_line.h"
 #include "output/csv_table.h"
 #include "output/exr_image.h"
+#include "output/field_file.h"
 #include "output/photometry.h"
 #include "output/preview.h"
 #include "output/sky_image.h"
@@ -150,6 +151,16 @@ struct Run {
     return timed("medium", [&] { return build_scene_model(scene); });
   }
 
+  /// Solves the sky, or looks it up in the field the user named.
+  std::unique_ptr<Sky> sky(const SceneModel& model) {
+    if (!line.field) return solve_sky(model, control());
+    auto field = timed("field file", [&] {
+      return checking_input(
+          [&] { return std::make_shared<const OrdersField>(read_field(*line.field, model)); });
+    });
+    return sky_from_field(model, std::move(field), control()).sky;
+  }
+
   /// The summary of a solved sky: figures, seconds per stage, total, peak memory.
   void summarise(const SceneModel& model, const Sky& sky,
                  const std::vector<std::pair<std::string, std::string>>& figures) {
@@ -188,10 +199,11 @@ ColourIntegrator colour_integrator(const SceneModel& model, const Sky& sky,
       observer);
 }
 
+// From orbit the Sun rises and sets by the almanac of the highest place that tables reach.
 std::optional<Place> place_of(const Scene& scene) {
   if (!scene.observer.latitude_deg) return std::nullopt;
   return Place{*scene.observer.latitude_deg, *scene.observer.longitude_deg,
-               scene.observer.height_m};
+               std::min(scene.observer.height_m, kHighestPlaceM)};
 }
 
 /// Place, time, Sun, every setting and version. Threads are left out: the same sky has the same
@@ -202,7 +214,7 @@ ImageAttributes image_attributes(const SceneModel& model, const Sky& sky) {
   if (const auto place = place_of(model.scene)) {
     attributes.emplace_back("latitude", static_cast<float>(place->latitude_deg));
     attributes.emplace_back("longitude", static_cast<float>(place->longitude_deg));
-    attributes.emplace_back("altitude", static_cast<float>(place->height_m));
+    attributes.emplace_back("altitude", static_cast<float>(model.scene.observer.height_m));
   }
   attributes.emplace_back("resolved.sun_elevation_deg", model.sun_elevation_rad * kDegrees);
   if (sun_in_sight(sky)) {
@@ -249,7 +261,7 @@ void render(Run& run) {
   warn_of_missing_light(run);
 
   const SceneModel model = run.model();
-  const std::unique_ptr<Sky> sky = solve_sky(model, run.control());
+  const std::unique_ptr<Sky> sky = run.sky(model);
   const SkyMap map = run.timed("map", [&] {
     MapSettings settings;
     settings.projection = projection_from_name(output.projection);
@@ -291,6 +303,10 @@ void render(Run& run) {
                  {"written", files}});
 }
 
+double degree_of_polarisation(const StokesRadiance& light, std::size_t at) {
+  return light.i[at] > 0.0 ? std::hypot(light.q[at], light.u[at]) / light.i[at] : 0.0;
+}
+
 void radiance(Run& run) {
   const std::vector<View> views = checking_input([&] {
     std::vector<View> all;
@@ -302,10 +318,11 @@ void radiance(Run& run) {
     return all;
   });
   const SceneModel model = run.model();
-  const std::unique_ptr<Sky> sky = solve_sky(model, run.control());
+  const std::unique_ptr<Sky> sky = run.sky(model);
 
   CsvTable table({"view_elevation_deg", "relative_azimuth_deg", "wavelength_nm",
-                  "radiance_w_m2_sr_nm", "standard_error", "degree_of_polarisation"});
+                  "radiance_w_m2_sr_nm", "standard_error", "degree_of_polarisation",
+                  "stokes_q_w_m2_sr_nm", "stokes_u_w_m2_sr_nm"});
   run.timed("views", [&] {
     constexpr std::size_t kBatch = 256;  // views between two looks at Ctrl-C
     const std::span<const double> wavelength_nm = sky->wavelength_nm();
@@ -315,12 +332,20 @@ void radiance(Run& run) {
       run.control().report("views", static_cast<double>(first) / static_cast<double>(views.size()));
       std::vector<ViewDirection> directions;
       for (std::size_t i = 0; i < count; ++i) directions.push_back(views[first + i].direction());
-      const std::vector<double> radiance = sky->radiance(directions);
+      const StokesRadiance light = sky->stokes(directions);
+      // Empty cells where a solver knows no error or is scalar.
+      const auto cell = [](const std::vector<double>& values, std::size_t at) {
+        return values.empty() ? CsvTable::Cell("") : CsvTable::Cell(values[at] + 0.0);  // no "-0"
+      };
       for (std::size_t i = 0; i < count; ++i) {
         const View& view = views[first + i];
         for (std::size_t w = 0; w < wavelength_nm.size(); ++w) {
+          const std::size_t at = i * wavelength_nm.size() + w;
           table.add_row({view.elevation_deg, view.relative_azimuth_deg, wavelength_nm[w],
-                         radiance[i * wavelength_nm.size() + w], "", ""});
+                         light.i[at], cell(light.standard_error, at),
+                         light.q.empty() ? CsvTable::Cell("")
+                                         : CsvTable::Cell(degree_of_polarisation(light, at)),
+                         cell(light.q, at), cell(light.u, at)});
         }
       }
     }
@@ -335,7 +360,7 @@ void radiance(Run& run) {
 void irradiance(Run& run) {
   warn_of_missing_light(run);
   const SceneModel model = run.model();
-  const std::unique_ptr<Sky> sky = solve_sky(model, run.control());
+  const std::unique_ptr<Sky> sky = run.sky(model);
   const Irradiance parts = run.timed("irradiance", [&] { return sky->irradiance(); });
 
   std::vector<double> global(parts.direct.size());
@@ -356,6 +381,28 @@ void irradiance(Run& run) {
   run.summarise(model, *sky,
                 {{"illuminance", fmt::format("{:.6g} lux, of which direct {:.6g}, diffuse {:.6g}",
                                              lux(global), lux(parts.direct), lux(parts.diffuse))}});
+}
+
+void solve(Run& run) {
+  checking_input([&] {
+    if (run.scene.solver.method != "orders") {
+      throw std::invalid_argument(fmt::format(
+          "{}: key 'solver.method' = \"{}\": must be \"orders\" for twilight solve; the "
+          "other methods have no field",
+          run.line.scene.string(), run.scene.solver.method));
+    }
+    require_output(run.line.field_output, ".nc");
+  });
+  const SceneModel model = run.model();
+  const FieldSky solved = solve_field(model, run.control());
+  run.timed("file", [&] {
+    AtomicFile file(run.line.field_output);
+    write_field(file, *solved.field, model);
+    run.control().check();
+    file.commit();
+    return true;
+  });
+  run.summarise(model, *solved.sky, {{"written", run.line.field_output.string()}});
 }
 
 void sun(Run& run) {
@@ -454,6 +501,8 @@ void run_command(const CommandLine& line, spdlog::logger& log) {
       return radiance(run);
     case Command::kIrradiance:
       return irradiance(run);
+    case Command::kSolve:
+      return solve(run);
     case Command::kSun:
       return sun(run);
     case Command::kOptics:

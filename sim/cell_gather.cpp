@@ -72,7 +72,7 @@ CellGather::CellGather(const GatherInputs& in, const CellGrid& all_cells)
         const double cosine = std::cos(in.sun.elevation_rad) * ce * std::cos(phi) +
                               std::sin(in.sun.elevation_rad) * se;
         const double cos_z = cos_solar_zenith(in.sun, R, h0, step.rho_km, phi, step.z_km);
-        const bool lit = in.sunlight->optical_depth(h, std::acos(cos_z), sun.data());
+        const bool lit = in.sunlight->attenuation(h, std::acos(cos_z), sun.data());
         float* out = &table_[(idx(row) * idx(nodes) + idx(j)) * L];
         for (std::size_t w = 0; w < W; ++w) {
           double source = emission[w];

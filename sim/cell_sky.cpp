@@ -43,11 +43,14 @@ CellSky::CellSky(const SceneModel& model, const RunControl& control) : model_(mo
   sun_.elevation_rad = model_.sun_elevation_rad;
   observer_height_km_ = scene.observer.height_m * 1e-3;
 
-  options_.scattering_orders = solver.scattering_orders;
+  options_.scattering_orders = solver.scattering_orders.value_or(options_.scattering_orders);
   options_.rayleigh = solver.air_phase == "rayleigh";
   options_.similarity = solver.aerosol_phase == "similarity";
   options_.rescale = solver.active_shell_weighting == "rescale";
-  options_.ground_albedo = solver.ground_light ? scene.earth.ground_albedo : 0.0;
+  if (model_.ground_albedo.empty()) {
+    model_.ground_albedo.assign(model_.medium.wavelengths(), scene.earth.ground_albedo);
+  }
+  if (solver.ground_light) options_.ground_albedo = model_.ground_albedo;
   optics_ = make_exchange_optics(model_.medium, options_);
   beam_ = beam_medium(model_.medium, optics_);
 
@@ -55,7 +58,9 @@ CellSky::CellSky(const SceneModel& model, const RunControl& control) : model_(mo
     find_direct_sun();
     control.report("sunlight", 0.0);
     auto stage = Clock::now();
-    sunlight_ = std::make_unique<DirectSunlight>(beam_);
+    DirectSunlightOptions beam_options;
+    beam_options.refractive_spreading = scene.atmosphere.refractive_spreading;
+    sunlight_ = std::make_unique<DirectSunlight>(beam_, beam_options);
     summary_.stage_seconds.emplace_back("direct sunlight", seconds_since(stage));
     control.check();
 
@@ -90,7 +95,7 @@ CellSky::CellSky(const SceneModel& model, const RunControl& control) : model_(mo
     gather.exchange = &exchange_;
     gather.sun = sun_;
     gather.observer_height_km = observer_height_km_;
-    gather.ground_albedo = scene.earth.ground_albedo;
+    gather.ground_albedo = model_.ground_albedo;
     gather.refraction = scene.atmosphere.refraction;
     stage = Clock::now();
     view_gather_ = std::make_unique<ViewGather>(gather);
@@ -189,7 +194,10 @@ Irradiance CellSky::irradiance() const {
   for (std::size_t i = 0; i < views.size(); ++i) {
     for (std::size_t w = 0; w < W; ++w) result.diffuse[w] += weight[i] * values[i * W + w];
   }
-  const double sine = std::max(0.0, std::sin(apparent_elevation_rad_));
+  double sine = std::max(0.0, std::sin(apparent_elevation_rad_));
+  if (model_.scene.atmosphere.refractive_spreading) {
+    sine *= sunlight_->spreading(observer_height_km_, kPi / 2 - sun_.elevation_rad);
+  }
   for (std::size_t w = 0; w < W; ++w) {
     result.direct[w] = model_.solar_irradiance[w] * sun_transmittance_[w] * sine;
     if (truncated) {

@@ -229,7 +229,12 @@ ExchangeResult solve_exchange(const Medium& medium, const CellGrid& grid, const 
   const std::size_t W = medium.wavelengths();
   const auto& rings = grid.rings();
   const std::size_t n_air = grid.air_rings();
-  const bool ground = options.ground_albedo > 0;
+  // Lanes beyond the wavelengths stay dark.
+  std::vector<float> albedo(L, 0.0F);
+  for (std::size_t w = 0; w < std::min(W, options.ground_albedo.size()); ++w) {
+    albedo[w] = static_cast<float>(options.ground_albedo[w]);
+  }
+  const bool ground = std::ranges::any_of(albedo, [](float a) { return a > 0; });
   const std::size_t n_all = ground ? rings.size() : n_air;
   const bool means = grid.options().cell_means;
 
@@ -409,8 +414,8 @@ ExchangeResult solve_exchange(const Medium& medium, const CellGrid& grid, const 
 
   // First event: power scattered out of the direct beam in every cell.
   const auto first_start = Clock::now();
-  const FirstEvent first = first_event(medium, grid, n_all, sunlight, sun, optics, aerosol_first,
-                                       options.ground_albedo, nm);
+  const FirstEvent first =
+      first_event(medium, grid, n_all, sunlight, sun, optics, aerosol_first, albedo, nm);
   const auto& node_source = first.source;
   std::vector<float> aerosol_power = first.aerosol_power;
   for (std::size_t k = 0; k < aerosol_power.size(); ++k) {
@@ -418,7 +423,6 @@ ExchangeResult solve_exchange(const Medium& medium, const CellGrid& grid, const 
   }
   const auto& lit = first.lit;
   const auto& ring_asymmetry = first.asymmetry;
-  const float albedo = static_cast<float>(options.ground_albedo);
 
   // Node values to modes: cosine series for even moments, sine series for odd ones.
   const auto to_modes = [&](const float* node, float* mode) {
@@ -489,7 +493,7 @@ ExchangeResult solve_exchange(const Medium& medium, const CellGrid& grid, const 
   }
   if (options.rescale && all_cells != nullptr) {
     const FirstEvent every = first_event(medium, *all_cells, all_cells->air_rings(), sunlight, sun,
-                                         optics, aerosol_first, 0.0, 1);
+                                         optics, aerosol_first, albedo, 1);
     set_rescale(every.power, first.power);
     for (std::size_t w = 0; w < W; ++w) report.rescale_factor.push_back(rescale[w]);
     passive = passive_rings(grid, *all_cells);
@@ -595,9 +599,9 @@ ExchangeResult solve_exchange(const Medium& medium, const CellGrid& grid, const 
       for (std::size_t w = 0; w < W; ++w) {
         report.escaped[w] += static_cast<double>(S) * static_cast<double>(source[i * block + w]) *
                              ro.escape[i * W + w];
-        report.ground_absorbed[w] += (1 - options.ground_albedo) * static_cast<double>(S) *
-                                     static_cast<double>(source[i * block + w]) *
-                                     ro.ground[i * W + w];
+        report.ground_absorbed[w] +=
+            (1.0 - static_cast<double>(albedo[w])) * static_cast<double>(S) *
+            static_cast<double>(source[i * block + w]) * ro.ground[i * W + w];
       }
     }
     tbb::parallel_for(std::size_t{0}, n_all, [&](std::size_t i) {
@@ -626,7 +630,7 @@ ExchangeResult solve_exchange(const Medium& medium, const CellGrid& grid, const 
           for (std::size_t w = 0; w < L; ++w) {
             const std::size_t at = (idx(m) * idx(nm) + idx(c)) * L + w;
             if (i >= n_air) {
-              q[at] = c == kJ ? f[at] * albedo * static_cast<float>(rings[i].volume_km3) : 0.0F;
+              q[at] = c == kJ ? f[at] * albedo[w] * static_cast<float>(rings[i].volume_km3) : 0.0F;
               continue;
             }
             const float s =
@@ -683,7 +687,7 @@ ExchangeResult solve_exchange(const Medium& medium, const CellGrid& grid, const 
       for (int j = 0; j < nodes; ++j) {
         for (std::size_t w = 0; w < L; ++w) {
           ground_exitance[((i - n_air) * idx(nodes) + idx(j)) * L + w] +=
-              albedo * std::max(0.0F, node[idx(j) * idx(nm) * L + w]);
+              albedo[w] * std::max(0.0F, node[idx(j) * idx(nm) * L + w]);
         }
       }
     }

@@ -25,7 +25,8 @@ struct ExchangeOptions {
   bool similarity = false;
   /// true: the paper's rule I_all/I_active for what passive shells would add (Sec. 5).
   bool rescale = false;
-  double ground_albedo = 0.0;
+  /// Lambertian, 0..1, per wavelength; empty = a black ground.
+  std::vector<double> ground_albedo;
   /// Azimuthal modes of a ring pair weaker than this are dropped, and its azimuth samples thinned
   /// accordingly (azimuth_sampling). 0 = none.
   double azimuth_tolerance = 1e-3;

@@ -15,8 +15,8 @@ std::size_t idx(int i) { return static_cast<std::size_t>(i); }
 
 FirstEvent first_event(const Medium& medium, const CellGrid& grid, std::size_t n_rings,
                        const DirectSunlight& sunlight, const SunGeometry& sun,
-                       const ExchangeOptics& optics, bool separate_aerosol, double ground_albedo,
-                       int nm) {
+                       const ExchangeOptics& optics, bool separate_aerosol,
+                       std::span<const float> ground_albedo, int nm) {
   const int S = grid.azimuth_divisions();
   const int nodes = S / 2 + 1;
   const std::size_t L = optics.lanes, W = medium.wavelengths();
@@ -25,7 +25,6 @@ FirstEvent first_event(const Medium& medium, const CellGrid& grid, std::size_t n
   const bool means = grid.options().cell_means;
   const double R = medium.earth_radius_km, h0 = grid.options().observer_height_km;
   const double cos_e = std::cos(sun.elevation_rad), sin_e = std::sin(sun.elevation_rad);
-  const float albedo = static_cast<float>(ground_albedo);
 
   FirstEvent result;
   result.source.assign(n_rings * idx(nodes) * idx(nm) * L, 0.0F);
@@ -61,12 +60,12 @@ FirstEvent first_event(const Medium& medium, const CellGrid& grid, std::size_t n
       float* q = &result.source[(i * idx(nodes) + idx(j)) * idx(nm) * L];
       for (const auto& p : samples) {
         const double cos_z = cos_solar_zenith(sun, R, h0, p.rho_km, phi, p.z_km);
-        if (!sunlight.optical_depth(p.altitude_km, std::acos(cos_z), depth.data())) continue;
+        if (!sunlight.attenuation(p.altitude_km, std::acos(cos_z), depth.data())) continue;
         const auto size = static_cast<float>(p.volume_km3);
         if (ring.ground) {
           if (cos_z <= 0) continue;
           for (std::size_t w = 0; w < W; ++w) {
-            q[w] += albedo * size * static_cast<float>(cos_z) * std::exp(-depth[w]);
+            q[w] += ground_albedo[w] * size * static_cast<float>(cos_z) * std::exp(-depth[w]);
           }
           continue;
         }

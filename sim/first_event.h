@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
 #include <vector>
 
 #include "sim/exchange.h"
@@ -21,10 +22,11 @@ struct FirstEvent {
 
 /// Evaluates the first `rings` rings of the grid (air, then ground). Cell means sample the
 /// sunlight within the cell, else it is taken at the centre. With separate_aerosol the aerosol's
-/// share is kept apart, for the paper's Henyey-Greenstein pass. moments: 1 or kMoments.
+/// share is kept apart, for the paper's Henyey-Greenstein pass. ground_albedo: 0..1 per lane.
+/// moments: 1 or kMoments.
 FirstEvent first_event(const Medium& medium, const CellGrid& grid, std::size_t rings,
                        const DirectSunlight& sunlight, const SunGeometry& sun,
-                       const ExchangeOptics& optics, bool separate_aerosol, double ground_albedo,
-                       int moments);
+                       const ExchangeOptics& optics, bool separate_aerosol,
+                       std::span<const float> ground_albedo, int moments);
 
 }  // namespace twilight

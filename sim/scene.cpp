@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <initializer_list>
+#include <limits>
 #include <span>
 #include <stdexcept>
 #include <string_view>
@@ -15,6 +16,8 @@ namespace twilight {
 namespace {
 
 constexpr std::size_t kMostWavelengths = 64;
+constexpr double kShortestAlbedoNm = 200.0, kLongestAlbedoNm = 2500.0;
+constexpr double kHighestObserverM = 4e7;  // above the geostationary orbit
 
 // Remembers the first complaint and ignores the ones after it.
 class Checker {
@@ -35,6 +38,10 @@ class Checker {
   }
 
   void range(std::string_view key, const std::optional<double>& value, double low, double high) {
+    if (value) range(key, *value, low, high);
+  }
+
+  void range(std::string_view key, const std::optional<int>& value, int low, int high) {
     if (value) range(key, *value, low, high);
   }
 
@@ -98,10 +105,61 @@ void check_sun(const Scene& scene, Checker& check) {
   }
 }
 
+void check_albedo(const EarthOptions& earth, Checker& check) {
+  check.range("earth.ground_albedo", earth.ground_albedo, 0.0, 1.0);
+  constexpr std::string_view kWavelengths = "earth.albedo_wavelengths_nm";
+  constexpr std::string_view kSpectrum = "earth.albedo_spectrum";
+  const std::vector<double>& wavelengths = earth.albedo_wavelengths_nm;
+  const std::vector<double>& spectrum = earth.albedo_spectrum;
+  for (std::size_t i = 0; i < wavelengths.size(); ++i) {
+    const double value = wavelengths[i];
+    if (!(value >= kShortestAlbedoNm && value <= kLongestAlbedoNm)) {
+      check.fail(kWavelengths,
+                 fmt::format("= {} (value {} of {}): must be {}..{}", value, i + 1,
+                             wavelengths.size(), kShortestAlbedoNm, kLongestAlbedoNm));
+    }
+    if (i > 0 && !(value > wavelengths[i - 1])) {
+      check.fail(kWavelengths,
+                 fmt::format("= {} (value {} of {}): must be above the value before it, {}; "
+                             "wavelengths increase strictly within {}..{}",
+                             value, i + 1, wavelengths.size(), wavelengths[i - 1],
+                             kShortestAlbedoNm, kLongestAlbedoNm));
+    }
+  }
+  for (std::size_t i = 0; i < spectrum.size(); ++i) {
+    if (!(spectrum[i] >= 0.0 && spectrum[i] <= 1.0)) {
+      check.fail(kSpectrum, fmt::format("= {} (value {} of {}): must be 0..1", spectrum[i], i + 1,
+                                        spectrum.size()));
+    }
+  }
+  if (wavelengths.size() != spectrum.size()) {
+    check.fail(kSpectrum, fmt::format("has {} values: must have as many as "
+                                      "earth.albedo_wavelengths_nm, {}",
+                                      spectrum.size(), wavelengths.size()));
+  }
+}
+
+// The cells of the paper stand around an observer inside the air; the other methods know every
+// height.
+void check_height(const Scene& scene, Checker& check) {
+  constexpr std::string_view kKey = "observer.height_m";
+  const double height_m = scene.observer.height_m;
+  if (scene.solver.method != "cells") return check.range(kKey, height_m, 0.0, kHighestObserverM);
+  const double height_km = height_m / 1000.0, top_km = scene.atmosphere.top_km;
+  // A user's own layers bring their own top, which is looked at where they are read.
+  if (!(height_km >= 0.0 && (height_km < top_km || scene.atmosphere.optical_layers) &&
+        height_km < 200.0)) {
+    check.fail(kKey, fmt::format("= {}: must be 0 up to below the top of the atmosphere, "
+                                 "1000 * atmosphere.top_km = {}, where solver.method is \"cells\", "
+                                 "whose cells surround the observer",
+                                 height_m, 1000.0 * top_km));
+  }
+}
+
 void check_medium(const Scene& scene, Checker& check) {
   const AtmosphereOptions& air = scene.atmosphere;
   check.range("earth.radius_km", scene.earth.radius_km, 1000.0, 70000.0);
-  check.range("earth.ground_albedo", scene.earth.ground_albedo, 0.0, 1.0);
+  check_albedo(scene.earth, check);
 
   check.one_of("atmosphere.profile", air.profile,
                {"us_standard", "tropical", "midlatitude_summer", "midlatitude_winter",
@@ -114,6 +172,7 @@ void check_medium(const Scene& scene, Checker& check) {
   check.one_of("atmosphere.layer_optics", air.layer_optics, {"mean", "centre"});
   check.range("atmosphere.ozone_du", air.ozone_du, 0.0, 1000.0);
   check.one_of("atmosphere.ozone", air.ozone, {"layered", "vertical"});
+  check.range("atmosphere.nitrogen_dioxide_du", air.nitrogen_dioxide_du, 0.0, 5.0);
   check.one_of("atmosphere.refractive_index", air.refractive_index, {"ciddor", "haber2005"});
   if (air.depolarisation && !(*air.depolarisation >= 0.0 && *air.depolarisation < 6.0 / 7.0)) {
     check.fail("atmosphere.depolarisation",
@@ -123,13 +182,7 @@ void check_medium(const Scene& scene, Checker& check) {
   if (air.optical_layers && air.optical_layers->empty())
     check.fail("atmosphere.optical_layers", "= \"\": must be the path of a CSV file");
 
-  const double height_km = scene.observer.height_m / 1000.0;
-  if (!(height_km >= 0.0 && (height_km < air.top_km || air.optical_layers) && height_km < 200.0)) {
-    check.fail("observer.height_m",
-               fmt::format("= {}: must be 0 up to below the top of the atmosphere, "
-                           "1000 * atmosphere.top_km = {}",
-                           scene.observer.height_m, 1000.0 * air.top_km));
-  }
+  check_height(scene, check);
 
   check.one_of("aerosols.type", scene.aerosols.type,
                {"none", "continental_clean", "continental_average", "continental_polluted", "urban",
@@ -142,6 +195,20 @@ void check_medium(const Scene& scene, Checker& check) {
     check.fail("aerosols.optical_depth_550nm",
                fmt::format("= {}: must be 0 or unset where aerosols.type is \"none\"",
                            *scene.aerosols.optical_depth_550nm));
+  }
+  if (scene.aerosols.phase) {
+    constexpr std::string_view kPhase = "aerosols.phase";
+    check.one_of(kPhase, *scene.aerosols.phase, {"mie", "henyey-greenstein"});
+    if (*scene.aerosols.phase == "mie" && scene.solver.method == "cells") {
+      check.fail(kPhase,
+                 "= \"mie\": must be \"henyey-greenstein\" or unset where solver.method is "
+                 "\"cells\", which know the asymmetry of the aerosol alone");
+    } else if (*scene.aerosols.phase == "mie" && air.optical_layers) {
+      check.fail(kPhase,
+                 "= \"mie\": must be \"henyey-greenstein\" or unset where "
+                 "atmosphere.optical_layers is given, which holds the asymmetry of the aerosol "
+                 "alone");
+    }
   }
 }
 
@@ -171,14 +238,15 @@ void check_spectrum(const Scene& scene, Checker& check) {
   }
 }
 
-void check_solver(const SolverOptions& solver, Checker& check) {
-  check.one_of("solver.method", solver.method, {"cells"});
+void check_solver(const Scene& scene, Checker& check) {
+  const SolverOptions& solver = scene.solver;
+  check.one_of("solver.method", solver.method, {"cells", "orders", "monte-carlo"});
   if (solver.azimuth_divisions < 8 || solver.azimuth_divisions > 360 ||
       solver.azimuth_divisions % 2 != 0) {
     check.fail("solver.azimuth_divisions",
                fmt::format("= {}: must be even, 8..360", solver.azimuth_divisions));
   }
-  check.range("solver.scattering_orders", solver.scattering_orders, 1, 50);
+  check.range("solver.scattering_orders", solver.scattering_orders, 1, 500);
   check.range("solver.active_shell_stride", solver.active_shell_stride, 1, 32);
   check.one_of("solver.active_shell_weighting", solver.active_shell_weighting,
                {"quadrature", "rescale"});
@@ -188,10 +256,25 @@ void check_solver(const SolverOptions& solver, Checker& check) {
   check.one_of("solver.cell_optics", solver.cell_optics, {"mean", "centre"});
   check.range("solver.cell_height_km", solver.cell_height_km, 0.0, 200.0);
   check.one_of("solver.gather", solver.gather, {"exact-single", "cells"});
-  if (solver.polarisation && solver.method == "cells") {
+  const bool cells = solver.method == "cells";
+  if (cells && solver.polarisation.value_or(false)) {
     check.fail("solver.polarisation",
-               "= true: must be false where solver.method is \"cells\", which is scalar");
+               "= true: must be false or unset where solver.method is \"cells\", which is scalar");
   }
+  if (cells && scene.sun.disc_average.value_or(false)) {
+    check.fail("sun.disc_average",
+               "= true: must be false or unset where solver.method is \"cells\", which is solved "
+               "for one elevation of the Sun");
+  }
+  check.range("solver.zenith_step_deg", solver.zenith_step_deg, 0.1, 3.0);
+  check.range("solver.altitude_levels", solver.altitude_levels, 4, 400);
+  check.range("solver.polar_directions", solver.polar_directions, 8, 128);
+  check.range("solver.azimuth_directions", solver.azimuth_directions, 4, 64);
+  check.range("solver.phase_degree", solver.phase_degree, 2, 64);
+  check.range("solver.order_tolerance", solver.order_tolerance, 1e-8, 0.1);
+  check.range("solver.target_relative_error", solver.target_relative_error, 1e-5, 1.0);
+  check.range("solver.photons", solver.photons, 100.0, 1e10);
+  check.range("solver.seed", solver.seed, 0, std::numeric_limits<int>::max());
   check.range("solver.threads", solver.threads, 0, 1024);
 }
 
@@ -204,12 +287,26 @@ void check_output(const OutputOptions& output, Checker& check) {
 
 }  // namespace
 
+bool polarised(const Scene& scene) {
+  return scene.solver.polarisation.value_or(scene.solver.method != "cells");
+}
+
+bool disc_averaged(const Scene& scene) {
+  return scene.sun.disc_average.value_or(scene.solver.method != "cells");
+}
+
+bool mie_phase(const Scene& scene) {
+  if (scene.aerosols.type == "none" || scene.atmosphere.optical_layers) return false;
+  if (scene.aerosols.phase) return *scene.aerosols.phase == "mie";
+  return scene.solver.method != "cells";
+}
+
 std::optional<SceneProblem> validate(const Scene& scene) {
   Checker check;
   check_sun(scene, check);
   check_medium(scene, check);
   check_spectrum(scene, check);
-  check_solver(scene.solver, check);
+  check_solver(scene, check);
   check_output(scene.output, check);
   return check.take();
 }

@@ -13,8 +13,9 @@ namespace twilight {
 struct ObserverOptions {
   std::optional<double> latitude_deg;   ///< geodetic (WGS84), -90..90
   std::optional<double> longitude_deg;  ///< east positive, -180..360
-  double height_m = 0.0;                ///< above the ground sphere; 0 = sea level; below the top
-  std::optional<std::string> time;      ///< RFC 3339 with offset, "2003-12-08T17:00:00+01:00"
+  /// Above the ground sphere; 0 = sea level. Below the top for "cells", else to 4e7 (orbit).
+  double height_m = 0.0;
+  std::optional<std::string> time;  ///< RFC 3339 with offset, "2003-12-08T17:00:00+01:00"
 };
 
 struct SunOptions {
@@ -24,12 +25,19 @@ struct SunOptions {
   /// "gueymard2004", "kurucz1992", "astm_g173", "tsis1_hsrs" or "unit" (1 W m^-2 nm^-1).
   /// Gueymard (2004) covers 280..1000 nm and agrees with TSIS-1 within about 1 %.
   std::string spectrum = "gueymard2004";
+  /// Sky light averaged over the limb-darkened disc (0.53 deg), not from a point. Unset: true,
+  /// false for "cells", which cannot.
+  std::optional<bool> disc_average;
 };
 
 struct EarthOptions {
   std::optional<double> radius_km;  ///< 1000..70000; unset: the ellipsoid's radius of curvature in
                                     ///< the Sun's azimuth, or 6371 where no place is given
   double ground_albedo = 0.1;       ///< Lambertian, 0..1; 0.1 = vegetated land
+  /// A spectral albedo in place of ground_albedo: wavelengths (strictly increasing) and
+  /// reflectances 0..1, as many; linear between, constant beyond. Both empty: ground_albedo.
+  std::vector<double> albedo_wavelengths_nm;
+  std::vector<double> albedo_spectrum;
 };
 
 struct AtmosphereOptions {
@@ -48,7 +56,13 @@ struct AtmosphereOptions {
   std::optional<double> ozone_du;  ///< 0..1000; unset: the profile's own column, 300 for
                                    ///< "exponential"
   std::string ozone = "layered";   ///< "layered" (slant path) or "vertical" (the paper's filter)
-  bool refraction = true;          ///< of sunlight and of view rays
+  /// Nitrogen dioxide column, Dobson units (2.687e16 cm^-2), 0..5; unset: the profile's own, none
+  /// for "exponential". 0.2 is clean air, 1 a polluted city.
+  std::optional<double> nitrogen_dioxide_du;
+  bool refraction = true;  ///< of sunlight and of view rays
+  /// Refraction spreads sunlight (neighbouring rays bend differently): its irradiance is scaled by
+  /// the Jacobian of the ray map. false: bending alone (the paper).
+  bool refractive_spreading = true;
   std::string refractive_index = "ciddor";  ///< "ciddor" or "haber2005" (the formula as printed)
   /// King factor of air ("king"), or one depolarisation ratio in [0, 6/7)
   std::optional<double> depolarisation;       ///< unset = "king"
@@ -63,6 +77,9 @@ struct AerosolOptions {
   std::string type = "continental_average";
   double relative_humidity_percent = 80.0;    ///< of the mixing layer, 0..99
   std::optional<double> optical_depth_550nm;  ///< 0..10: scales the whole aerosol column to this
+  /// "mie" (the mixture's scattering matrix, with polarisation) or "henyey-greenstein". Unset:
+  /// "mie", "henyey-greenstein" for "cells", which know no other, and for optical_layers.
+  std::optional<std::string> phase;
 };
 
 struct SpectrumOptions {
@@ -72,9 +89,13 @@ struct SpectrumOptions {
 };
 
 struct SolverOptions {
+  /// "cells" (the paper), "orders" (the reference: successive orders on the plane of altitude and
+  /// solar zenith angle) or "monte-carlo" (the independent judge).
   std::string method = "cells";
   int azimuth_divisions = 120;  ///< S, even, 8..360; 120 = the paper's 3 degrees
-  int scattering_orders = 8;    ///< 1..50 scattering events followed
+  /// Scattering events followed, 1..500. Unset: 8 for "cells"; for "orders" until the rest is
+  /// below order_tolerance; for "monte-carlo" until roulette ends the path.
+  std::optional<int> scattering_orders;
   int active_shell_stride = 4;  ///< 1..32; 1 = every shell exchanges
   /// "quadrature": an active shell carries the weight of the passive ones it
   /// stands for; "rescale": the paper's ratio of total to active power (Sec. 5).
@@ -92,8 +113,25 @@ struct SolverOptions {
   /// "exact-single": single scattering marched along the view ray plus the
   /// cells' multiple scattering; "cells": everything from the cells (Sec. 4.7).
   std::string gather = "exact-single";
-  bool polarisation = false;  ///< the cells are scalar: true is an error for "cells"
-  int threads = 0;            ///< 0 = every core; results do not depend on it
+  /// Unset: true; false for "cells", which are scalar.
+  std::optional<bool> polarisation;
+
+  // "orders": steps of its grids. The defaults are accurate to 0.3 % (tests/validation).
+  double zenith_step_deg = 0.5;   ///< solar zenith step about the terminator, 0.1..3
+  int altitude_levels = 50;       ///< levels of the field, 4..400
+  int polar_directions = 24;      ///< incoming directions in zenith angle, 8..128
+  int azimuth_directions = 12;    ///< and in azimuth over half a turn, 4..64
+  int phase_degree = 8;           ///< of the aerosol phase function in multiple scattering, 2..64
+  double order_tolerance = 1e-4;  ///< stop when the orders left add less, relative, 1e-8..0.1
+  bool single_precision = true;   ///< the field in float; false = double
+
+  // "monte-carlo"
+  double target_relative_error = 0.01;  ///< one sigma of each radiance, 1e-5..1
+  /// Photons per view, 100..1e10; unset: until target_relative_error.
+  std::optional<double> photons;
+  int seed = 1;  ///< 0..2^31 - 1; the same seed gives the same bytes
+
+  int threads = 0;  ///< 0 = every core; results do not depend on it
 };
 
 struct OutputOptions {
@@ -122,6 +160,11 @@ struct SceneProblem {
   std::string key;
   std::string message;
 };
+
+/// The options as the scene's method takes them where they are unset.
+bool polarised(const Scene& scene);
+bool disc_averaged(const Scene& scene);
+bool mie_phase(const Scene& scene);
 
 /// The first thing wrong with the scene, or nothing. Checks every range given
 /// above and the rules that join keys (place or elevation, not both).

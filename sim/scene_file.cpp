@@ -26,7 +26,8 @@ constexpr SceneKey kKeys[] = {
     {"observer.longitude_deg", TWILIGHT_FIELD(observer.longitude_deg),
      "degrees east, -180..360"},
     {"observer.height_m", TWILIGHT_FIELD(observer.height_m),
-     "metres above the ground sphere (0 = on the ground, at sea level), below the top"},
+     "metres above the ground sphere (0 = on the ground, at sea level): below the top for cells, "
+     "0..40000000 (orbit) for orders and monte-carlo"},
     {"observer.time", TWILIGHT_FIELD(observer.time),
      "offset date-time, as 2003-12-08T17:00:00+01:00"},
 
@@ -37,12 +38,20 @@ constexpr SceneKey kKeys[] = {
      "degrees clockwise from north, -360..360; only together with elevation_deg"},
     {"sun.spectrum", TWILIGHT_FIELD(sun.spectrum),
      "gueymard2004, kurucz1992, astm_g173, tsis1_hsrs, or unit (1 W m^-2 nm^-1 everywhere)"},
+    {"sun.disc_average", TWILIGHT_FIELD(sun.disc_average),
+     "sky light averaged over the limb-darkened disc (0.53 degrees), true or false (a point); "
+     "auto: true, false for cells, which cannot", "auto"},
 
     {"earth.radius_km", TWILIGHT_FIELD(earth.radius_km),
      "1000..70000; auto: the ellipsoid's curvature in the Sun's azimuth, 6371 without a place",
      "auto"},
     {"earth.ground_albedo", TWILIGHT_FIELD(earth.ground_albedo),
      "Lambertian reflectance of the ground, 0..1"},
+    {"earth.albedo_wavelengths_nm", TWILIGHT_FIELD(earth.albedo_wavelengths_nm),
+     "wavelengths of albedo_spectrum, strictly increasing within 200..2500 nm"},
+    {"earth.albedo_spectrum", TWILIGHT_FIELD(earth.albedo_spectrum),
+     "reflectances 0..1 in place of ground_albedo, one per wavelength of albedo_wavelengths_nm; "
+     "linear between them, constant beyond"},
 
     {"atmosphere.profile", TWILIGHT_FIELD(atmosphere.profile),
      "us_standard, tropical, midlatitude_summer, midlatitude_winter, subarctic_summer, "
@@ -59,8 +68,14 @@ constexpr SceneKey kKeys[] = {
      "ozone column in Dobson units, 0..1000; auto: the profile's own, 300 for exponential", "auto"},
     {"atmosphere.ozone", TWILIGHT_FIELD(atmosphere.ozone),
      "layered (along the slant path), or vertical (the paper's filter of sunlight)"},
+    {"atmosphere.nitrogen_dioxide_du", TWILIGHT_FIELD(atmosphere.nitrogen_dioxide_du),
+     "nitrogen dioxide column in Dobson units, 0..5 (0.2 clean air, 1 a polluted city); auto: the "
+     "profile's own, none for exponential", "auto"},
     {"atmosphere.refraction", TWILIGHT_FIELD(atmosphere.refraction),
      "whether sunlight and view rays bend, true or false"},
+    {"atmosphere.refractive_spreading", TWILIGHT_FIELD(atmosphere.refractive_spreading),
+     "whether bending also dilutes sunlight, as neighbouring rays bend differently: true, or false "
+     "(the paper)"},
     {"atmosphere.refractive_index", TWILIGHT_FIELD(atmosphere.refractive_index),
      "ciddor, or haber2005 (the paper's formula as printed)"},
     {"atmosphere.depolarisation", TWILIGHT_FIELD(atmosphere.depolarisation),
@@ -76,37 +91,62 @@ constexpr SceneKey kKeys[] = {
      "of the mixing layer, 0..99"},
     {"aerosols.optical_depth_550nm", TWILIGHT_FIELD(aerosols.optical_depth_550nm),
      "0..10: scales the aerosol column to this optical depth; auto: the type's own", "auto"},
+    {"aerosols.phase", TWILIGHT_FIELD(aerosols.phase),
+     "mie (the mixture's scattering matrix, polarised), or henyey-greenstein; auto: mie, "
+     "henyey-greenstein for cells and optical_layers, which know no other", "auto"},
 
     {"spectrum.wavelengths_nm", TWILIGHT_FIELD(spectrum.wavelengths_nm),
      "1..64 wavelengths, strictly increasing within 280..1000 nm"},
 
     {"solver.method", TWILIGHT_FIELD(solver.method),
-     "cells (the paper's exchange between cells around the observer)"},
+     "cells (the paper's exchange between cells around the observer), orders (the reference: "
+     "successive orders of scattering, polarised), or monte-carlo (the independent judge)"},
     {"solver.azimuth_divisions", TWILIGHT_FIELD(solver.azimuth_divisions),
-     "cells around a ring, even, 8..360; 120 = 3 degrees"},
+     "cells: around a ring, even, 8..360; 120 = 3 degrees"},
     {"solver.scattering_orders", TWILIGHT_FIELD(solver.scattering_orders),
-     "scattering events followed, 1..50"},
+     "scattering events followed, 1..500; auto: 8 for cells, until order_tolerance for orders, "
+     "until roulette ends the path for monte-carlo", "auto"},
     {"solver.active_shell_stride", TWILIGHT_FIELD(solver.active_shell_stride),
-     "every n-th shell exchanges light, 1..32"},
+     "cells: every n-th shell exchanges light, 1..32"},
     {"solver.active_shell_weighting", TWILIGHT_FIELD(solver.active_shell_weighting),
-     "quadrature (active shells carry the passive ones' weight), or rescale (the paper's ratio)"},
+     "cells: quadrature (active shells carry the passive ones' weight), or rescale (the paper's ratio)"},
     {"solver.inner_radius_m", TWILIGHT_FIELD(solver.inner_radius_m),
-     "radius of the innermost shell, 1..10000 m"},
+     "cells: radius of the innermost shell, 1..10000 m"},
     {"solver.air_phase", TWILIGHT_FIELD(solver.air_phase),
-     "rayleigh, or isotropic (the paper)"},
+     "cells: rayleigh, or isotropic (the paper)"},
     {"solver.aerosol_phase", TWILIGHT_FIELD(solver.aerosol_phase),
-     "truncated (delta-M, every event), or similarity (the paper, Eq. 2)"},
+     "cells: truncated (delta-M, every event), or similarity (the paper, Eq. 2)"},
     {"solver.ground_light", TWILIGHT_FIELD(solver.ground_light),
      "light from the ground takes part; false = dropped (the paper)"},
     {"solver.cell_optics", TWILIGHT_FIELD(solver.cell_optics),
-     "medium of a cell: its mean, or at its centre (the paper)"},
+     "cells: medium of a cell: its mean, or at its centre (the paper)"},
     {"solver.cell_height_km", TWILIGHT_FIELD(solver.cell_height_km),
-     "taller cells are divided, 0..200 km; 0 = never (the paper)"},
+     "cells: taller cells are divided, 0..200 km; 0 = never (the paper)"},
     {"solver.gather", TWILIGHT_FIELD(solver.gather),
-     "exact-single (single scattering along the view ray plus the cells' multiple), or cells "
+     "cells: exact-single (single scattering along the view ray plus the cells' multiple), or cells "
      "(the paper)"},
     {"solver.polarisation", TWILIGHT_FIELD(solver.polarisation),
-     "true or false; false for cells"},
+     "true or false (scalar); auto: true, false for cells, which are scalar", "auto"},
+    {"solver.zenith_step_deg", TWILIGHT_FIELD(solver.zenith_step_deg),
+     "orders: step in solar zenith angle about the terminator, 0.1..3 degrees"},
+    {"solver.altitude_levels", TWILIGHT_FIELD(solver.altitude_levels),
+     "orders: levels of the field, 4..400"},
+    {"solver.polar_directions", TWILIGHT_FIELD(solver.polar_directions),
+     "orders: directions of incoming light in zenith angle, 8..128"},
+    {"solver.azimuth_directions", TWILIGHT_FIELD(solver.azimuth_directions),
+     "orders: and in azimuth over half a turn, 4..64"},
+    {"solver.phase_degree", TWILIGHT_FIELD(solver.phase_degree),
+     "orders: degree of the aerosol phase function in multiple scattering, 2..64"},
+    {"solver.order_tolerance", TWILIGHT_FIELD(solver.order_tolerance),
+     "orders: stop when the orders left add less than this share, 1e-8..0.1"},
+    {"solver.single_precision", TWILIGHT_FIELD(solver.single_precision),
+     "orders: the field in single precision, true, or in double, false"},
+    {"solver.target_relative_error", TWILIGHT_FIELD(solver.target_relative_error),
+     "monte-carlo: standard error of each radiance over its value, 1e-5..1"},
+    {"solver.photons", TWILIGHT_FIELD(solver.photons),
+     "monte-carlo: photons per view, 100..1e10; auto: until target_relative_error", "auto"},
+    {"solver.seed", TWILIGHT_FIELD(solver.seed),
+     "monte-carlo: of the random numbers, 0..2147483647; the same seed gives the same bytes"},
     {"solver.threads", TWILIGHT_FIELD(solver.threads),
      "0..1024; 0 = one per core; results do not depend on it"},
 
@@ -245,8 +285,24 @@ double number_of(const toml::node& node, std::string_view origin, const SceneKey
 }
 
 void assign(Scene& scene, const SceneKey& key, const toml::node& node, std::string_view origin) {
+  const std::string or_unset =
+      key.unset_word.empty() ? "" : fmt::format(" or \"{}\"", key.unset_word);
   const auto wrong_type = [&](std::string_view wanted) {
-    refuse(origin, key.name, fmt::format("= {}: must be {}; {}", shown(node), wanted, key.doc));
+    refuse(origin, key.name,
+           fmt::format("= {}: must be {}{}; {}", shown(node), wanted, or_unset, key.doc));
+  };
+  const auto whole_number = [&] {
+    const auto* integer = node.as_integer();
+    if (integer == nullptr) wrong_type("an integer");
+    const std::int64_t wide = integer->get();
+    if (wide < std::numeric_limits<int>::min() || wide > std::numeric_limits<int>::max())
+      refuse(origin, key.name, fmt::format("= {}: is out of range; {}", wide, key.doc));
+    return static_cast<int>(wide);
+  };
+  const auto truth = [&] {
+    const auto* boolean = node.as_boolean();
+    if (boolean == nullptr) wrong_type("true or false");
+    return boolean->get();
   };
   const auto text_of = [&]() -> std::string {
     if (const auto* text = node.as_string()) return text->get();
@@ -261,42 +317,47 @@ void assign(Scene& scene, const SceneKey& key, const toml::node& node, std::stri
     const auto* text = node.as_string();
     return text != nullptr && !key.unset_word.empty() && text->get() == key.unset_word;
   };
-  std::visit(
-      Overloaded{
-          [&](double* value) { *value = number_of(node, origin, key); },
-          [&](std::optional<double>* value) {
-            if (says_unset())
-              value->reset();
-            else
-              *value = number_of(node, origin, key);
-          },
-          [&](int* value) {
-            const auto* integer = node.as_integer();
-            if (integer == nullptr) wrong_type("an integer");
-            const std::int64_t wide = integer->get();
-            if (wide < std::numeric_limits<int>::min() || wide > std::numeric_limits<int>::max())
-              refuse(origin, key.name, fmt::format("= {}: is out of range; {}", wide, key.doc));
-            *value = static_cast<int>(wide);
-          },
-          [&](bool* value) {
-            const auto* boolean = node.as_boolean();
-            if (boolean == nullptr) wrong_type("true or false");
-            *value = boolean->get();
-          },
-          [&](std::string* value) { *value = text_of(); },
-          [&](std::optional<std::string>* value) { *value = text_of(); },
-          [&](std::vector<double>* value) {
-            const toml::array* array = node.as_array();
-            if (array == nullptr) wrong_type("an array of numbers");
-            value->clear();
-            for (const toml::node& element : *array) {
-              value->push_back(
-                  number_of(element, origin, key,
-                            fmt::format(" (value {} of {})", value->size() + 1, array->size())));
-            }
-          },
-      },
-      key.field(scene));
+  std::visit(Overloaded{
+                 [&](double* value) { *value = number_of(node, origin, key); },
+                 [&](std::optional<double>* value) {
+                   if (says_unset())
+                     value->reset();
+                   else
+                     *value = number_of(node, origin, key);
+                 },
+                 [&](int* value) { *value = whole_number(); },
+                 [&](std::optional<int>* value) {
+                   if (says_unset())
+                     value->reset();
+                   else
+                     *value = whole_number();
+                 },
+                 [&](bool* value) { *value = truth(); },
+                 [&](std::optional<bool>* value) {
+                   if (says_unset())
+                     value->reset();
+                   else
+                     *value = truth();
+                 },
+                 [&](std::string* value) { *value = text_of(); },
+                 [&](std::optional<std::string>* value) {
+                   if (says_unset())
+                     value->reset();
+                   else
+                     *value = text_of();
+                 },
+                 [&](std::vector<double>* value) {
+                   const toml::array* array = node.as_array();
+                   if (array == nullptr) wrong_type("an array of numbers");
+                   value->clear();
+                   for (const toml::node& element : *array) {
+                     value->push_back(number_of(
+                         element, origin, key,
+                         fmt::format(" (value {} of {})", value->size() + 1, array->size())));
+                   }
+                 },
+             },
+             key.field(scene));
 }
 
 void assign_named(LoadedScene& loaded, std::string_view name, const toml::node& node,
@@ -309,13 +370,7 @@ void assign_named(LoadedScene& loaded, std::string_view name, const toml::node& 
   loaded.origin[std::string(name)] = std::string(origin);
 }
 
-void read_file(LoadedScene& loaded) {
-  const std::string name = loaded.file.string();
-  std::ifstream stream(loaded.file, std::ios::binary);
-  if (!stream || std::filesystem::is_directory(loaded.file))
-    throw std::runtime_error(fmt::format("{}: cannot read this scene file", name));
-  std::string text{std::istreambuf_iterator<char>(stream), {}};
-
+void read_text(LoadedScene& loaded, const std::string& text, const std::string& name) {
   toml::table root;
   try {
     root = toml::parse(text, name);
@@ -345,6 +400,14 @@ void read_file(LoadedScene& loaded) {
     for (const auto& [key, node] : *table)
       assign_named(loaded, fmt::format("{}.{}", table_key, key.str()), node, line_of(key));
   }
+}
+
+void read_file(LoadedScene& loaded) {
+  const std::string name = loaded.file.string();
+  std::ifstream stream(loaded.file, std::ios::binary);
+  if (!stream || std::filesystem::is_directory(loaded.file))
+    throw std::runtime_error(fmt::format("{}: cannot read this scene file", name));
+  read_text(loaded, {std::istreambuf_iterator<char>(stream), {}}, name);
 }
 
 void apply_override(LoadedScene& loaded, const std::string& assignment) {
@@ -409,13 +472,20 @@ std::string value_text(const SceneField& field) {
                           return *value ? fmt::format("{}", **value) : std::string();
                         },
                         [](const int* value) { return fmt::format("{}", *value); },
-                        [](const bool* value) { return std::string(*value ? "true" : "false"); },
+                        [](const std::optional<int>* value) {
+                          return *value ? fmt::format("{}", **value) : std::string();
+                        },
+                        [](const bool* value) { return fmt::format("{}", *value); },
+                        [](const std::optional<bool>* value) {
+                          return *value ? fmt::format("{}", **value) : std::string();
+                        },
                         [](const std::string* value) { return toml_string(*value); },
                         [](const std::optional<std::string>* value) {
                           return *value ? toml_string(**value) : std::string();
                         },
                         [](const std::vector<double>* value) {
-                          return fmt::format("[{}]", fmt::join(*value, ", "));
+                          return value->empty() ? std::string()
+                                                : fmt::format("[{}]", fmt::join(*value, ", "));
                         },
                     },
                     field);
@@ -458,6 +528,12 @@ LoadedScene load_scene(const std::filesystem::path& file, std::span<const std::s
   return loaded;
 }
 
+Scene parse_scene(const std::string& toml, const std::string& origin) {
+  LoadedScene loaded;
+  read_text(loaded, toml, origin);
+  return loaded.scene;
+}
+
 std::string to_toml(const Scene& scene) {
   Scene copy = scene;
   std::string text;
@@ -495,7 +571,7 @@ std::vector<std::pair<std::string, std::string>> scene_settings(const Scene& sce
     if (const auto* word = std::get_if<std::string*>(&field))
       text = **word;
     else if (const auto* optional_word = std::get_if<std::optional<std::string>*>(&field))
-      text = (*optional_word)->value();
+      text = (*optional_word)->value_or(std::string(key.unset_word));
     else if (text = value_text(field); text.empty())
       text = key.unset_word;
     settings.emplace_back(key.name, std::move(text));

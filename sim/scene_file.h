@@ -15,8 +15,9 @@
 namespace twilight {
 
 /// Where one key's value lives inside a Scene.
-using SceneField = std::variant<double*, std::optional<double>*, int*, bool*, std::string*,
-                                std::optional<std::string>*, std::vector<double>*>;
+using SceneField = std::variant<double*, std::optional<double>*, int*, std::optional<int>*, bool*,
+                                std::optional<bool>*, std::string*, std::optional<std::string>*,
+                                std::vector<double>*>;
 
 /// One key of the scene file. The list of them serves the reader, the printer
 /// and the attributes of images, so that none can forget a key.
@@ -52,6 +53,11 @@ struct LoadedScene {
 /// finite and everything validate() refuses; std::runtime_error if the file cannot be read.
 LoadedScene load_scene(const std::filesystem::path& file,
                        std::span<const std::string> overrides = {});
+
+/// The options that TOML text holds, as to_toml() writes it; `origin` names it in complaints. Reads
+/// no other file and does not validate. Throws std::invalid_argument as load_scene does for
+/// syntax errors, unknown tables and keys and wrong types.
+Scene parse_scene(const std::string& toml, const std::string& origin);
 
 /// The scene as TOML, every key with its value (defaults included) and its
 /// documentation as a comment; unset keys as comments. load_scene() of this

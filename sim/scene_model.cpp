@@ -1,14 +1,19 @@
 #include "sim/scene_model.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
+#include <utility>
 
 #include "aerosols/mixtures.h"
 #include "atmosphere/air.h"
 #include "atmosphere/optical_layers.h"
 #include "sim/cell_sky.h"
+#include "sim/monte_carlo_sky.h"
+#include "sim/orders_sky.h"
 #include "solar/place.h"
 #include "solar/solar_spectrum.h"
 #include "solar/sun_position.h"
@@ -21,27 +26,52 @@ constexpr double kRadPerDeg = std::numbers::pi / 180;
 constexpr double kMeanEarthRadiusKm = 6371.0;
 
 // Adds the layers' aerosol to the medium, each coefficient as the layer's mean, or at its
-// centre as the paper has it.
+// centre as the paper has it. `phases`, [aerosol layer][wavelength] or empty, become one kind of
+// aerosol for every layer that scatters within the model.
 void add_aerosols(Medium& medium, const std::vector<AerosolLayer>& aerosols, double factor,
-                  bool centre) {
+                  bool centre, std::vector<std::vector<PhaseMatrix>> phases) {
+  std::vector<LayerTable> kinds(phases.size(), LayerTable(medium.layers(), medium.wavelengths()));
+  std::vector<bool> scatters(phases.size(), false);
   for (std::size_t i = 0; i < medium.layers(); ++i) {
     const double z0 = medium.boundary_km[i], z1 = medium.boundary_km[i + 1];
     const double z = 0.5 * (z0 + z1);
     for (std::size_t w = 0; w < medium.wavelengths(); ++w) {
       double scattering = 0, absorption = 0, forward = 0;
-      for (const AerosolLayer& a : aerosols) {
+      for (std::size_t k = 0; k < aerosols.size(); ++k) {
+        const AerosolLayer& a = aerosols[k];
         const bool inside = z >= a.bottom_km && z < a.top_km;
         const double p = factor * (centre ? (inside ? std::exp(-z / a.scale_height_km) : 0.0)
                                           : mean_profile(a, z0, z1));
         scattering += p * a.scattering_per_km[w];
         absorption += p * a.absorption_per_km[w];
         forward += p * a.scattering_per_km[w] * a.asymmetry[w];
+        if (phases.empty()) continue;
+        kinds[k](i, w) = p * a.scattering_per_km[w];
+        if (kinds[k](i, w) > 0) scatters[k] = true;
       }
       medium.aerosol_scattering_per_km(i, w) = scattering;
       medium.aerosol_absorption_per_km(i, w) = absorption;
       medium.aerosol_asymmetry(i, w) = scattering > 0 ? forward / scattering : 0.0;
     }
   }
+  for (std::size_t k = 0; k < phases.size(); ++k) {
+    if (!scatters[k]) continue;
+    medium.aerosol_phase.push_back(std::move(phases[k]));
+    medium.aerosol_kind_scattering_per_km.push_back(std::move(kinds[k]));
+  }
+}
+
+// The ground's reflectance at a wavelength: linear between the given ones, constant beyond.
+double ground_albedo_at(const EarthOptions& earth, double wavelength_nm) {
+  const std::vector<double>& at = earth.albedo_wavelengths_nm;
+  const std::vector<double>& albedo = earth.albedo_spectrum;
+  if (at.empty()) return earth.ground_albedo;
+  const auto above = std::ranges::upper_bound(at, wavelength_nm);
+  if (above == at.begin()) return albedo.front();
+  if (above == at.end()) return albedo.back();
+  const auto i = static_cast<std::size_t>(above - at.begin());
+  const double t = (wavelength_nm - at[i - 1]) / (at[i] - at[i - 1]);
+  return std::lerp(albedo[i - 1], albedo[i], t);
 }
 
 }  // namespace
@@ -54,8 +84,9 @@ SceneModel build_scene_model(const Scene& scene) {
   model.scene = scene;
   double radius_km = scene.earth.radius_km.value_or(kMeanEarthRadiusKm);
   if (scene.observer.time) {
+    // From orbit the Sun stands where it stands from this height, to 1 arc minute (parallax).
     const Place place{*scene.observer.latitude_deg, *scene.observer.longitude_deg,
-                      scene.observer.height_m};
+                      std::min(scene.observer.height_m, kHighestPlaceM)};
     const SunPosition sun = sun_position(place, parse_offset_date_time(*scene.observer.time));
     model.sun_elevation_rad = sun.elevation_deg * kRadPerDeg;
     model.sun_azimuth_rad = sun.azimuth_deg * kRadPerDeg;
@@ -82,6 +113,7 @@ SceneModel build_scene_model(const Scene& scene) {
     air.layer_optics = scene.atmosphere.layer_optics;
     air.ozone_du = scene.atmosphere.ozone_du;
     air.ozone = scene.atmosphere.ozone;
+    air.nitrogen_dioxide_du = scene.atmosphere.nitrogen_dioxide_du;
     air.refractive_index = scene.atmosphere.refractive_index;
     air.refraction = scene.atmosphere.refraction;
     air.depolarisation = scene.atmosphere.depolarisation;
@@ -100,21 +132,55 @@ SceneModel build_scene_model(const Scene& scene) {
       }
       factor = *scene.aerosols.optical_depth_550nm / depth;
     }
-    add_aerosols(model.medium, aerosols, factor, centre);
+    add_aerosols(model.medium, aerosols, factor, centre,
+                 mie_phase(scene)
+                     ? opac_aerosol_phases(scene.aerosols.type,
+                                           scene.aerosols.relative_humidity_percent, wavelengths)
+                     : std::vector<std::vector<PhaseMatrix>>());
   }
   for (const double nm : wavelengths) {
     model.solar_irradiance.push_back(solar_irradiance_w_m2_nm(scene.sun.spectrum, nm) /
                                      (model.sun_distance_au * model.sun_distance_au));
+    model.ground_albedo.push_back(ground_albedo_at(scene.earth, nm));
   }
-  if (scene.observer.height_m * 1e-3 >= model.medium.top_km()) {
-    throw std::invalid_argument("observer.height_m = " + std::to_string(scene.observer.height_m) +
-                                ": must be below the top of the atmosphere, " +
-                                std::to_string(model.medium.top_km()) + " km");
+  if (scene.solver.method == "cells" && scene.observer.height_m * 1e-3 >= model.medium.top_km()) {
+    throw std::invalid_argument(
+        fmt::format("key 'observer.height_m' = {}: must be below the top of the atmosphere, {} m, "
+                    "where solver.method is \"cells\", whose cells surround the observer",
+                    scene.observer.height_m, 1e3 * model.medium.top_km()));
   }
   return model;
 }
 
+namespace {
+
+void require_orders(const SceneModel& model) {
+  if (model.scene.solver.method == "orders") return;
+  throw std::invalid_argument(
+      fmt::format("key 'solver.method' = \"{}\": must be \"orders\", the method that has a field",
+                  model.scene.solver.method));
+}
+
+}  // namespace
+
+FieldSky solve_field(const SceneModel& model, const RunControl& control) {
+  require_orders(model);
+  auto sky = std::make_unique<OrdersSky>(model, control);
+  auto field = sky->field();
+  return {std::move(sky), std::move(field)};
+}
+
+FieldSky sky_from_field(const SceneModel& model, std::shared_ptr<const OrdersField> field,
+                        const RunControl& control) {
+  require_orders(model);
+  auto sky = std::make_unique<OrdersSky>(model, field, control);
+  return {std::move(sky), std::move(field)};
+}
+
 std::unique_ptr<Sky> solve_sky(const SceneModel& model, const RunControl& control) {
+  const std::string& method = model.scene.solver.method;
+  if (method == "orders") return std::make_unique<OrdersSky>(model, control);
+  if (method == "monte-carlo") return std::make_unique<MonteCarloSky>(model, control);
   return std::make_unique<CellSky>(model, control);
 }
 

@@ -5,11 +5,15 @@
 #include <vector>
 
 #include "atmosphere/medium.h"
+#include "sim/orders_field.h"
 #include "sim/run_control.h"
 #include "sim/scene.h"
 #include "sim/sky.h"
 
 namespace twilight {
+
+/// Above this the Sun is placed as from this height: solar/place.h knows no higher ones.
+inline constexpr double kHighestPlaceM = 200000.0;
 
 /// Everything a solver needs, resolved from a scene.
 struct SceneModel {
@@ -18,6 +22,7 @@ struct SceneModel {
   double sun_azimuth_rad = 0.0;    ///< clockwise from north
   double sun_distance_au = 1.0;
   Medium medium;                         ///< earth_radius_km included
+  std::vector<double> ground_albedo;     ///< Lambertian, 0..1, per wavelength
   std::vector<double> solar_irradiance;  ///< at the actual distance, W m^-2 nm^-1, per wavelength
 };
 
@@ -27,5 +32,20 @@ SceneModel build_scene_model(const Scene& scene);
 
 /// Solves the sky with the scene's solver.method. Throws Cancelled when stopped.
 std::unique_ptr<Sky> solve_sky(const SceneModel& model, const RunControl& control = {});
+
+/// A sky of the "orders" method and the field it looks its light up in.
+struct FieldSky {
+  std::unique_ptr<Sky> sky;
+  std::shared_ptr<const OrdersField> field;
+};
+
+/// Solves the field of a scene whose solver.method is "orders". Throws std::invalid_argument for
+/// another method, Cancelled when stopped.
+FieldSky solve_field(const SceneModel& model, const RunControl& control = {});
+
+/// The sky of the model (its Sun, its observer) from a field solved before for the same atmosphere
+/// and ground (read_field in output/field_file.h makes sure of that). Throws as solve_field.
+FieldSky sky_from_field(const SceneModel& model, std::shared_ptr<const OrdersField> field,
+                        const RunControl& control = {});
 
 }  // namespace twilight

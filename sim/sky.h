@@ -23,6 +23,15 @@ struct Irradiance {
   std::vector<double> diffuse;
 };
 
+/// Stokes parameters of sky light, W m^-2 sr^-1 nm^-1, each [view][wavelength]. Q is positive for
+/// an electric field in the vertical plane of the view, U for one 45 degrees clockwise of it
+/// as the observer sees it. Q and U are empty where a solver is scalar, standard_error (of I,
+/// one sigma) where it has no noise.
+struct StokesRadiance {
+  std::vector<double> i, q, u;
+  std::vector<double> standard_error;
+};
+
 /// Where a solved sky came from: figures a run prints and an image's attributes carry.
 struct RunSummary {
   std::vector<std::pair<std::string, double>> stage_seconds;
@@ -38,6 +47,11 @@ class Sky {
   /// Sky radiance, W m^-2 sr^-1 nm^-1, [view][wavelength]; every value finite
   /// and >= 0. Runs on the solver's threads; the same bytes for any number.
   virtual std::vector<double> radiance(std::span<const ViewDirection> views) const = 0;
+  /// As radiance(), with polarisation and standard error where the solver knows them;
+  /// q^2 + u^2 <= i^2.
+  virtual StokesRadiance stokes(std::span<const ViewDirection> views) const {
+    return {radiance(views), {}, {}, {}};
+  }
   virtual Irradiance irradiance() const = 0;
   /// Apparent (refracted) elevation of the Sun's centre, rad, and transmittance of
   /// the direct beam per wavelength (0 behind the Earth).

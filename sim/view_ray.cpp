@@ -14,79 +14,74 @@ std::size_t idx(int i) { return static_cast<std::size_t>(i); }
 
 }  // namespace
 
-ViewPath trace_view(const Medium& medium, std::size_t wavelength, bool refraction,
-                    double observer_height_km, double elevation_rad, double max_step_km) {
+ViewPath trace_view(const Medium& medium, const RefractedRays& rays, double observer_height_km,
+                    double elevation_rad, double max_step_km) {
   const double R = medium.earth_radius_km;
   const auto& b = medium.boundary_km;
-  const int top = static_cast<int>(medium.layers());
+  const RayPath ray = rays.follow(observer_height_km, kPi / 2 - elevation_rad);
   ViewPath path;
-  path.steps.reserve(idx(top) + 64);
-  const auto index = [&](int i) {
-    return refraction ? 1 + medium.refractivity(idx(i), wavelength) : 1.0;
+  path.steps.reserve(medium.layers() + 64);
+  path.hits_ground = ray.hits_ground;
+  if (ray.hits_ground) {
+    path.ground_cosine = -std::sin(elevation_rad);
+    if (!ray.pieces.empty()) {
+      path.ground_angle_rad = ray.pieces.back().end_angle_rad;
+      path.ground_cosine = -std::cos(ray.pieces.back().end_zenith_rad);
+    }
+  }
+  // Height above the observer, the Earth's curvature without cancellation.
+  const auto z_km = [&](double altitude, double angle) {
+    const double half = std::sin(0.5 * angle);
+    return altitude - observer_height_km - 2 * (R + altitude) * half * half;
   };
-  // Position (x away from the observer's axis, y up from the Earth's centre) and direction of
-  // travel in the view's vertical plane.
-  const double y_observer = R + observer_height_km;
-  double x = 0, y = y_observer;
-  double ux = std::cos(elevation_rad), uy = std::sin(elevation_rad);
-  double h = observer_height_km;
-  int layer = layer_at(medium, h);
-  // A downward ray at a boundary belongs to the layer below it.
-  if (uy < 0 && layer > 0 && h <= b[idx(layer)]) --layer;
-  for (int guard = 0; guard < 4 * top + 8; ++guard) {
-    const double r = R + h;
-    const double s0 = x * ux + y * uy;  // signed distance from the perigee
-    const double cross = x * uy - y * ux;
-    const double p = std::abs(cross);
-    const double lower = R + b[idx(layer)], upper = R + b[idx(layer) + 1];
-    const bool down = s0 < 0 && p < lower && (r > lower || layer == 0);
-    const double target = down ? lower : upper;
-    const double s1 = (down ? -1.0 : 1.0) * std::sqrt(std::max(0.0, (target - p) * (target + p)));
-    const double length = s1 - s0;
-    if (length > 0) {
-      // Altitude bends most near the perigee; a part is short enough to be straight in it.
-      const int parts = std::max(1, static_cast<int>(std::ceil(length / max_step_km)));
-      for (int i = 0; i < parts; ++i) {
-        const double along = length * (i + 0.5) / parts;
-        ViewStep step;
-        step.layer = layer;
-        step.length_km = length / parts;
-        step.rho_km = x + ux * along;
-        const double up = y + uy * along;
-        step.z_km = up - y_observer;
-        step.altitude_km = std::clamp(std::sqrt(step.rho_km * step.rho_km + up * up) - R,
-                                      b[idx(layer)], b[idx(layer) + 1]);
-        step.dir_r = ux;
-        step.dir_z = uy;
-        path.steps.push_back(step);
+  // The pieces of a layer, one per shell, are cut anew into steps of equal length; a piece
+  // is a chord with its sagitta.
+  for (auto piece = ray.pieces.begin(); piece != ray.pieces.end();) {
+    auto end = piece;
+    double length = 0;
+    for (; end != ray.pieces.end() && end->layer == piece->layer; ++end) length += end->length_km;
+    const int parts = std::max(1, static_cast<int>(std::ceil(length / max_step_km)));
+    const std::size_t layer = piece->layer;
+    double before = 0;
+    for (int i = 0; i < parts; ++i) {
+      const double along = length * (i + 0.5) / parts;
+      while (piece + 1 != end && before + piece->length_km < along) {
+        before += piece->length_km;
+        ++piece;
       }
-      x += ux * length;
-      y += uy * length;
+      const double f = std::min(1.0, (along - before) / piece->length_km);
+      const double x0 = (R + piece->start_altitude_km) * std::sin(piece->start_angle_rad);
+      const double x1 = (R + piece->end_altitude_km) * std::sin(piece->end_angle_rad);
+      const double z0 = z_km(piece->start_altitude_km, piece->start_angle_rad);
+      const double z1 = z_km(piece->end_altitude_km, piece->end_angle_rad);
+      const double d0 = piece->start_zenith_rad + piece->start_angle_rad;
+      const double d1 = piece->end_zenith_rad + piece->end_angle_rad;
+      const double direction = d0 + f * (d1 - d0);
+      const double sagitta = 0.5 * f * (1 - f) * piece->length_km * (d1 - d0);
+      ViewStep step;
+      step.layer = static_cast<int>(layer);
+      step.length_km = length / parts;
+      step.dir_r = std::sin(direction);
+      step.dir_z = std::cos(direction);
+      step.rho_km = x0 + f * (x1 - x0) - sagitta * step.dir_z;
+      step.z_km = z0 + f * (z1 - z0) + sagitta * step.dir_r;
+      step.altitude_km = std::clamp(std::hypot(step.rho_km, R + observer_height_km + step.z_km) - R,
+                                    b[layer], b[layer + 1]);
+      path.steps.push_back(step);
     }
-    h = target - R;
-    const double at = std::sqrt(x * x + y * y);
-    const double nx = x / at, ny = y / at;
-    const double cosine = ux * nx + uy * ny;
-    const int next = down ? layer - 1 : layer + 1;
-    if (next < 0) {
-      path.hits_ground = true;
-      path.ground_angle_rad = std::atan2(x, y);
-      path.ground_cosine = -cosine;
-      break;
-    }
-    if (next >= top) break;
-    // Snell; where a discrete step of n would reflect a grazing ray it leaves horizontally.
-    const double tangential = ux * ny - uy * nx;
-    const double sine = std::clamp(tangential * index(layer) / index(next), -1.0, 1.0);
-    const double radial = (down ? -1.0 : 1.0) * std::sqrt(1 - sine * sine);
-    ux = sine * ny + radial * nx;
-    uy = -sine * nx + radial * ny;
-    layer = next;
+    piece = end;
   }
   return path;
 }
 
-ViewGather::ViewGather(const GatherInputs& inputs) : in_(inputs) {
+ViewPath trace_view(const Medium& medium, std::size_t wavelength, bool refraction,
+                    double observer_height_km, double elevation_rad, double max_step_km) {
+  return trace_view(medium, RefractedRays(medium, wavelength, refraction), observer_height_km,
+                    elevation_rad, max_step_km);
+}
+
+ViewGather::ViewGather(const GatherInputs& inputs)
+    : in_(inputs), rays_(*inputs.medium, inputs.medium->wavelengths() / 2, inputs.refraction) {
   const auto& shells = in_.grid->shells();
   const auto& rings = in_.grid->rings();
   for (const CellShell& shell : shells) {
@@ -174,9 +169,8 @@ void ViewGather::radiance(double elevation_rad, double relative_azimuth_rad, flo
   // The Sun's plane is a mirror.
   double azimuth = std::remainder(relative_azimuth_rad, 2 * kPi);
   azimuth = std::abs(azimuth);
-  const std::size_t middle = m.wavelengths() / 2;
   const ViewPath path =
-      trace_view(m, middle, in_.refraction, in_.observer_height_km, elevation_rad, in_.max_step_km);
+      trace_view(m, rays_, in_.observer_height_km, elevation_rad, in_.max_step_km);
   const int S = in_.grid->azimuth_divisions();
   const double node = azimuth / (2 * kPi) * S;
   const int j0 = std::min(static_cast<int>(node), S / 2);
@@ -210,7 +204,7 @@ void ViewGather::radiance(double elevation_rad, double relative_azimuth_rad, flo
                        (R + step.altitude_km),
                    -1.0, 1.0);
     ray.lit[i] =
-        in_.sunlight->optical_depth(step.altitude_km, std::acos(cos_z), &ray.sun_depth[i * L]);
+        in_.sunlight->attenuation(step.altitude_km, std::acos(cos_z), &ray.sun_depth[i * L]);
     if (!with_cells) continue;
     const int n = corners(step, j0, j1, f, corner);
     for (int k = 0; k < n; ++k) {
@@ -234,16 +228,16 @@ void ViewGather::radiance(double elevation_rad, double relative_azimuth_rad, flo
   }
   march(ray, coefficients, out, transmittance.data());
 
-  if (path.hits_ground && in_.ground_albedo > 0) {
+  if (path.hits_ground && !in_.ground_albedo.empty()) {
     const double rho = R * std::sin(path.ground_angle_rad);
     const double half = std::sin(path.ground_angle_rad / 2);
     const double z = -in_.observer_height_km - 2 * R * half * half;
     const double cos_z = cos_solar_zenith(in_.sun, R, in_.observer_height_km, rho, azimuth, z);
     std::vector<float> exitance(L, 0.0F), depth(L, 0.0F);
-    const auto albedo = static_cast<float>(in_.ground_albedo);
-    if (cos_z > 0 && in_.sunlight->optical_depth(0.0, std::acos(cos_z), depth.data())) {
+    if (cos_z > 0 && in_.sunlight->attenuation(0.0, std::acos(cos_z), depth.data())) {
       for (std::size_t w = 0; w < m.wavelengths(); ++w) {
-        exitance[w] = albedo * static_cast<float>(cos_z) * std::exp(-depth[w]);
+        exitance[w] = static_cast<float>(in_.ground_albedo[w]) * static_cast<float>(cos_z) *
+                      std::exp(-depth[w]);
       }
     }
     const auto& rings = in_.grid->rings();

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "atmosphere/medium.h"
+#include "atmosphere/refraction.h"
 #include "sim/cell_grid.h"
 #include "sim/direct_sunlight.h"
 #include "sim/exchange.h"
@@ -28,10 +29,14 @@ struct ViewPath {
   double ground_cosine = 0;
 };
 
-/// The (refracted) path of a view ray from the observer to the top or the ground,
-/// bent by Snell's law at every layer boundary with the refractivity of wavelength
-/// `wavelength` (pass refraction = false for a straight ray). Steps never cross a
-/// boundary and are no longer than max_step_km.
+/// The (refracted) path of a view ray from the observer to the top or the ground, through a
+/// continuous refractive index (RefractedRays::follow). Steps never cross a layer boundary and are
+/// no longer than max_step_km. An observer above the top sees the path from where it enters.
+ViewPath trace_view(const Medium& medium, const RefractedRays& rays, double observer_height_km,
+                    double elevation_rad, double max_step_km);
+
+/// The same, with the refractivity of wavelength `wavelength` (refraction = false: straight).
+/// Builds the RefractedRays anew.
 ViewPath trace_view(const Medium& medium, std::size_t wavelength, bool refraction,
                     double observer_height_km, double elevation_rad, double max_step_km);
 
@@ -44,7 +49,7 @@ struct GatherInputs {
   const ExchangeResult* exchange = nullptr;
   SunGeometry sun;
   double observer_height_km = 0;
-  double ground_albedo = 0;
+  std::vector<double> ground_albedo;  ///< per wavelength; empty = a black ground
   bool refraction = true;
   double max_step_km = 4.0;
 };
@@ -84,6 +89,7 @@ class ViewGather {
   int corners(const ViewStep& step, int j0, int j1, float f, Corner* out) const;
 
   GatherInputs in_;
+  RefractedRays rays_;
   std::vector<ShellRows> shells_;
   std::vector<float> beam_extinction_;  // [layer][lane]
 };

@@ -48,12 +48,12 @@ BENCHMARK(March<march_scalar>)->Name("MarchScalar")->Arg(8)->Arg(15);
 
 void DirectSunlightLookup(benchmark::State& state) {
   const SceneModel model = bench_model(static_cast<std::size_t>(state.range(0)));
-  const DirectSunlight sunlight(model.medium, 64, 80);
+  const DirectSunlight sunlight(model.medium, {.altitude_nodes = 64, .angle_nodes = 80});
   std::vector<float> depth(sunlight.lanes());
   double altitude_km = 0;
   for (auto _ : state) {
     altitude_km = altitude_km < 90 ? altitude_km + 0.37 : 0;
-    benchmark::DoNotOptimize(sunlight.optical_depth(altitude_km, 1.5, depth.data()));
+    benchmark::DoNotOptimize(sunlight.attenuation(altitude_km, 1.5, depth.data()));
     benchmark::ClobberMemory();
   }
 }

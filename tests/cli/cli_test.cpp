@@ -11,7 +11,6 @@
 #include <csignal>
 #include <map>
 #include <regex>
-#include <sstream>
 
 #include "tests/cli/program_run.h"
 
@@ -44,25 +43,6 @@ time = 2003-12-08T17:00:00+01:00
 constexpr const char* kLayersHeader =
     "bottom_km,top_km,wavelength_nm,air_scattering_per_km,aerosol_scattering_per_km,"
     "aerosol_asymmetry,absorption_per_km\n";
-
-std::vector<std::string> lines_of(const std::string& text) {
-  std::vector<std::string> lines;
-  std::istringstream stream(text);
-  for (std::string line; std::getline(stream, line);) lines.push_back(line);
-  return lines;
-}
-
-// Cells of a line without quoted commas; keeps empty ones at the end.
-std::vector<std::string> cells_of(const std::string& line) {
-  std::vector<std::string> cells(1);
-  for (const char c : line) {
-    if (c == ',')
-      cells.emplace_back();
-    else
-      cells.back() += c;
-  }
-  return cells;
-}
 
 std::map<std::string, std::string> sun_values(const std::string& csv) {
   std::map<std::string, std::string> values;
@@ -139,6 +119,50 @@ INSTANTIATE_TEST_SUITE_P(
         BadCase{"Humidity",
                 kSun + "[aerosols]\nrelative_humidity_percent = 99.5\n",
                 {"scene.toml:4", "'aerosols.relative_humidity_percent'", "99.5", "0..99"}},
+        BadCase{"MethodUnknown",
+                kSun + "[solver]\nmethod = \"order\"\n",
+                {"scene.toml:4", "'solver.method'", "\"order\"", "\"orders\"", "\"monte-carlo\""}},
+        BadCase{"CellsPolarised",
+                kSun + "[solver]\npolarisation = true\n",
+                {"scene.toml:4", "'solver.polarisation'", "= true", "cells", "scalar"}},
+        BadCase{"CellsAverageTheDisc",
+                kSun + "disc_average = true\n",
+                {"scene.toml:3", "'sun.disc_average'", "= true", "cells"}},
+        BadCase{"CellsWithMie",
+                kSun + "[aerosols]\nphase = \"mie\"\n",
+                {"scene.toml:4", "'aerosols.phase'", "\"mie\"", "cells", "henyey-greenstein"}},
+        BadCase{"CellsFromOrbit",
+                kSun + "[observer]\nheight_m = 400000\n",
+                {"scene.toml:4", "'observer.height_m'", "= 400000", "100000", "cells"}},
+        BadCase{"HigherThanOrbit",
+                kSun + "[observer]\nheight_m = 5e7\n[solver]\nmethod = \"orders\"\n",
+                {"scene.toml:4", "'observer.height_m'", "= 50000000", "0..40000000"}},
+        BadCase{"AlbedoWithoutWavelengths",
+                kSun + "[earth]\nalbedo_spectrum = [0.1, 0.2]\n",
+                {"scene.toml:4", "'earth.albedo_spectrum'", "2 values", "albedo_wavelengths_nm"}},
+        BadCase{"AlbedoAboveOne",
+                kSun + "[earth]\nalbedo_wavelengths_nm = [550]\nalbedo_spectrum = [1.5]\n",
+                {"scene.toml:5", "'earth.albedo_spectrum'", "= 1.5", "0..1"}},
+        BadCase{"AlbedoWavelengthsFall",
+                kSun + "[earth]\nalbedo_wavelengths_nm = [550, 500]\nalbedo_spectrum = [0, 1]\n",
+                {"scene.toml:4", "'earth.albedo_wavelengths_nm'", "= 500", "increase"}},
+        BadCase{"NitrogenDioxide",
+                kSun + "[atmosphere]\nnitrogen_dioxide_du = 6\n",
+                {"scene.toml:4", "'atmosphere.nitrogen_dioxide_du'", "= 6", "0..5"}},
+        BadCase{"OrdersGrid",
+                kSun + "[solver]\nmethod = \"orders\"\nzenith_step_deg = 5\n",
+                {"scene.toml:5", "'solver.zenith_step_deg'", "= 5", "0.1..3"}},
+        BadCase{"FewPhotons",
+                kSun + "[solver]\nmethod = \"monte-carlo\"\nphotons = 10\n",
+                {"scene.toml:5", "'solver.photons'", "= 10", "100..10000000000"}},
+        BadCase{"NoSuchField",
+                kSun + "[aerosols]\nphase = \"henyey-greenstein\"\n[solver]\nmethod = \"orders\"\n",
+                {"absent.nc", "no such file"},
+                {"--field", "absent.nc"}},
+        BadCase{"FieldIsNoNetcdf",
+                kSun + "[aerosols]\nphase = \"henyey-greenstein\"\n[solver]\nmethod = \"orders\"\n",
+                {"scene.toml", "netCDF"},
+                {"--field", "scene.toml"}},
         BadCase{"NanInScene",
                 "[sun]\nelevation_deg = nan\n",
                 {"scene.toml:2", "'sun.elevation_deg'", "nan", "-90..90"}},
@@ -206,6 +230,38 @@ TEST(CliBadInput, WrongUsageGoesToStandardError) {
   }
 }
 
+TEST(CliBadInput, UnknownCommandNamesTheKnownOnes) {
+  const Workplace place;
+  const Finished finished = place.run({"paint", "scene.toml"});
+  EXPECT_EQ(finished.exit_code, 2);
+  for (const char* fragment :
+       {"paint", "render", "radiance", "irradiance", "solve", "sun", "optics"})
+    EXPECT_NE(finished.err.find(fragment), std::string::npos) << finished.err;
+}
+
+TEST(CliBadInput, FieldsAreSolvedByOrdersIntoNetcdf) {
+  const Workplace place;
+  place.write("scene.toml", kSmallScene);
+  const std::pair<std::vector<std::string>, std::vector<std::string>> usages[] = {
+      {{"solve", "scene.toml"}, {"scene.toml", "'solver.method'", "\"cells\"", "\"orders\""}},
+      {{"solve", "scene.toml", "--set", "solver.method=monte-carlo"},
+       {"'solver.method'", "\"monte-carlo\"", "\"orders\""}},
+      {{"solve", "scene.toml", "--set", "solver.method=orders", "-o", "field.txt"},
+       {"field.txt", ".nc"}},
+      {{"solve", "scene.toml", "--set", "solver.method=orders", "-o", "nowhere/field.nc"},
+       {"nowhere/field.nc"}},
+  };
+  for (const auto& [arguments, fragments] : usages) {
+    const Finished finished = place.run(arguments);
+    EXPECT_EQ(finished.exit_code, 2) << finished.err;
+    EXPECT_EQ(lines_of(finished.err).size(), 1u) << finished.err;
+    for (const std::string& fragment : fragments)
+      EXPECT_NE(finished.err.find(fragment), std::string::npos)
+          << "'" << fragment << "' is not in: " << finished.err;
+    EXPECT_EQ(place.names(), (std::set<std::string>{"scene.toml"}));
+  }
+}
+
 TEST(CliBadInput, BadViewsAreNamedWithTheirLine) {
   const Workplace place;
   place.write("scene.toml", kSmallScene);
@@ -262,7 +318,7 @@ TEST(CliConfig, EveryCommandPrintsTheSameConfig) {
   const Workplace place;
   place.write("scene.toml", kSmallScene);
   const std::string printed = place.run({"render", "scene.toml", "--print-config"}).out;
-  for (const char* command : {"radiance", "irradiance", "sun", "optics"})
+  for (const char* command : {"radiance", "irradiance", "sun", "optics", "solve"})
     EXPECT_EQ(place.run({command, "scene.toml", "--print-config"}).out, printed) << command;
 }
 
@@ -388,16 +444,15 @@ TEST(CliRadiance, EveryViewHasItsRows) {
   ASSERT_EQ(lines.size(), 7u) << by_option.out;
   EXPECT_EQ(lines[0],
             "view_elevation_deg,relative_azimuth_deg,wavelength_nm,radiance_w_m2_sr_nm,"
-            "standard_error,degree_of_polarisation");
+            "standard_error,degree_of_polarisation,stokes_q_w_m2_sr_nm,stokes_u_w_m2_sr_nm");
   for (std::size_t i = 1; i < lines.size(); ++i) {
     const std::vector<std::string> cells = cells_of(lines[i]);
-    ASSERT_EQ(cells.size(), 6u) << lines[i];
+    ASSERT_EQ(cells.size(), 8u) << lines[i];
     EXPECT_EQ(cells[0], i <= 3 ? "90" : "10");
     EXPECT_EQ(cells[1], i <= 3 ? "0" : "-90");
     EXPECT_EQ(cells[2], (std::vector<std::string>{"450", "550", "650"})[(i - 1) % 3]);
     EXPECT_GT(std::stod(cells[3]), 0.0);
-    EXPECT_EQ(cells[4], "");
-    EXPECT_EQ(cells[5], "");
+    for (std::size_t empty = 4; empty < 8; ++empty) EXPECT_EQ(cells[empty], "");
   }
   EXPECT_EQ(place.run({"radiance", "scene.toml", "--views", "views.csv"}).out, by_option.out);
 }

@@ -17,6 +17,11 @@ struct Finished {
   std::string err;     ///< standard error
 };
 
+std::vector<std::string> lines_of(const std::string& text);
+
+/// Cells of a CSV line without quoted commas; keeps empty ones at the end.
+std::vector<std::string> cells_of(const std::string& line);
+
 /// A temporary folder, removed at the end, in which the program runs.
 class Workplace {
  public:

@@ -95,7 +95,7 @@ TEST(OpenCases, DefaultMethodAgreesWithMonteCarlo) {
   constexpr double kProjectWorst = 0.10, kProjectMedian = 0.03;
   constexpr double kWorst = 0.025, kWorstWithSingle = 0.015, kMedian = 0.004;
   static_assert(kWorst < kProjectWorst && kMedian < kProjectMedian);
-  const std::vector<double> errors = relative_errors(SolverOptions{}.scattering_orders);
+  const std::vector<double> errors = relative_errors(ExchangeOptions{}.scattering_orders);
   for (std::size_t i = 0; i < kOpenCases.size(); ++i) {
     const OpenCase& c = kOpenCases[i];
     EXPECT_NEAR(errors[i], 0, c.single > 0 ? kWorstWithSingle : kWorst) << name_of(c);

@@ -135,10 +135,45 @@ TEST(CellSky, GrowsWithTheGroundsAlbedo) {
   }
 }
 
+// A spectral albedo that is the same everywhere is the one number, byte for byte.
+TEST(CellSky, ConstantSpectralAlbedoIsTheNumber) {
+  Scene scene = small_scene(1.0);
+  scene.earth.ground_albedo = 0.4;
+  const auto number = sky(scene);
+  scene.earth.ground_albedo = 0.9;  // not used beside a spectrum
+  for (const std::vector<double>& nm : {std::vector<double>{550.0}, {300, 500, 500.1}, {1500}}) {
+    scene.earth.albedo_wavelengths_nm = nm;
+    scene.earth.albedo_spectrum.assign(nm.size(), 0.4);
+    EXPECT_EQ(sky(scene), number);
+  }
+}
+
+// Every wavelength has its own ground: each equals a run whose whole ground is like that.
+TEST(CellSky, WavelengthsDoNotShareTheirGround) {
+  for (const double sun : {20.0, -1.0}) {
+    Scene scene = small_scene(sun);
+    scene.earth.albedo_wavelengths_nm = {450, 650, 750};
+    scene.earth.albedo_spectrum = {0, 0.8, 0.2};
+    const auto spectral = sky(scene);
+    const double expected[] = {0, 0.4, 0.5};  // linear at 550 and 700 nm
+    scene.earth.albedo_wavelengths_nm = {};
+    scene.earth.albedo_spectrum = {};
+    for (std::size_t w = 0; w < 3; ++w) {
+      scene.earth.ground_albedo = expected[w];
+      const auto grey = sky(scene);
+      for (std::size_t i = w; i < grey.size(); i += 3) {
+        EXPECT_NEAR(spectral[i], grey[i], 1e-6 * grey[i]) << "wavelength " << w << ", sun " << sun;
+      }
+    }
+  }
+}
+
 // Radiances, and so irradiances, are 0 or more; the direct beam adds up with its transmittance.
 TEST(CellSky, IrradiancesAreNonNegative) {
   for (const double sun : {90.0, 20.0, 0.2, -0.3, -8.0, -18.0}) {
-    const auto solved = solve_sky(build_scene_model(small_scene(sun)));
+    Scene scene = small_scene(sun);
+    scene.atmosphere.refractive_spreading = false;
+    const auto solved = solve_sky(build_scene_model(scene));
     const Irradiance e = solved->irradiance();
     const auto t = solved->sun_transmittance();
     for (std::size_t w = 0; w < 3; ++w) {

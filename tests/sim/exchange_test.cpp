@@ -46,7 +46,10 @@ CellGridOptions grid_options(int divisions = 30, int stride = 2) {
 Solved solve(const Medium& m, double sun_deg, const ExchangeOptions& options,
              const CellGridOptions& layout = grid_options()) {
   const ExchangeOptics optics = make_exchange_optics(m, options);
-  Solved s{CellGrid(m, layout), DirectSunlight(beam_medium(m, optics), 96, 96), optics, {}};
+  Solved s{CellGrid(m, layout),
+           DirectSunlight(beam_medium(m, optics), {.altitude_nodes = 96, .angle_nodes = 96}),
+           optics,
+           {}};
   s.result =
       solve_exchange(m, s.grid, nullptr, s.sunlight, {sun_deg * kDegree}, s.optics, options, {});
   return s;
@@ -125,7 +128,7 @@ TEST(FirstEvent, IsTheScatteredBeam) {
     for (double h = dh / 2; h < 40; h += dh) {
       const double z = (h * (2 * R + h) - r * r) / (2 * R);
       if (std::abs(z) > r) continue;
-      if (!s.sunlight.optical_depth(h, std::acos((R + z) / (R + h)), depth.data())) continue;
+      if (!s.sunlight.attenuation(h, std::acos((R + z) / (R + h)), depth.data())) continue;
       for (std::size_t w = 0; w < 3; ++w) {
         sum[w] += 2 * kPi * r * (R + h) / R * dr * dh *
                   m.air_scattering_per_km(static_cast<std::size_t>(layer_at(m, h)), w) *
@@ -145,9 +148,11 @@ TEST(FirstEvent, MomentsPointAlongTheBeam) {
   const Medium m = build_scene_model(scene).medium;
   ExchangeOptions o;
   const Solved s = solve(m, 25, o);
+  const std::size_t L = s.optics.lanes;
+  const std::vector<float> albedo(L, 0.3F);
   const FirstEvent e = first_event(m, s.grid, s.grid.rings().size(), s.sunlight, {25 * kDegree},
-                                   s.optics, false, 0.3, kMoments);
-  const std::size_t L = s.optics.lanes, nodes = 16;
+                                   s.optics, false, albedo, kMoments);
+  const std::size_t nodes = 16;
   const double ce = std::cos(25 * kDegree), se = std::sin(25 * kDegree);
   for (std::size_t i = 0; i < s.grid.air_rings(); i += 5) {
     for (std::size_t j = 0; j < nodes; j += 3) {
@@ -178,7 +183,7 @@ TEST(Exchange, SunlessAirIsExactlyDark) {
     ExchangeOptions o;
     o.scattering_orders = 5;
     o.similarity = similarity;
-    o.ground_albedo = 0.5;
+    o.ground_albedo.assign(m.wavelengths(), 0.5);
     const Solved s = solve(m, -18, o);
     for (const float v : s.result.field.values) EXPECT_EQ(v, 0);
     for (const float v : s.result.ground_exitance) EXPECT_EQ(v, 0);
@@ -195,7 +200,7 @@ TEST(Exchange, GrowsWithOrdersAndAlbedo) {
   const auto total = [&](int orders, double albedo) {
     ExchangeOptions o;
     o.scattering_orders = orders;
-    o.ground_albedo = albedo;
+    o.ground_albedo.assign(m.wavelengths(), albedo);
     const Solved s = solve(m, 15, o);
     double sum = 0;
     for (std::size_t i = 0; i < s.grid.air_rings(); ++i) {
@@ -214,8 +219,9 @@ TEST(Exchange, GrowsWithOrdersAndAlbedo) {
 // A mirror plane through the Sun and a Sun overhead: the same light at every azimuth.
 TEST(Exchange, OverheadSunLightsAllAzimuthsAlike) {
   ExchangeOptions o;
-  o.ground_albedo = 0.4;
-  const Solved s = solve(conservative_air(), 90, o);
+  const Medium m = conservative_air();
+  o.ground_albedo.assign(m.wavelengths(), 0.4);
+  const Solved s = solve(m, 90, o);
   const CellField& f = s.result.field;
   for (std::size_t i = 0; i < s.grid.air_rings(); ++i) {
     const float* first = f.at(i, 0);

@@ -102,6 +102,19 @@ TEST_F(SceneFile, PrintedSceneReadsBackTheSame) {
       "[earth]\nradius_km = 6371\n[atmosphere]\nozone_du = 312.7\ndepolarisation = 0\n"
       "[aerosols]\noptical_depth_550nm = 0.30000000000000004\n"
       "[solver]\nthreads = 2\ncell_height_km = 1e-5\n",
+      "[sun]\nelevation_deg = -6\ndisc_average = false\n"
+      "[earth]\nalbedo_wavelengths_nm = [400, 700.5]\nalbedo_spectrum = [0, 0.1]\n"
+      "[atmosphere]\nnitrogen_dioxide_du = 0.2\nrefractive_spreading = false\n"
+      "[aerosols]\nphase = \"mie\"\n"
+      "[solver]\nmethod = \"orders\"\nscattering_orders = 200\npolarisation = true\n"
+      "zenith_step_deg = 0.1\naltitude_levels = 4\npolar_directions = 8\n"
+      "azimuth_directions = 64\nphase_degree = 64\norder_tolerance = 1e-8\n"
+      "single_precision = false\n",
+      "[observer]\nheight_m = 4e7\n[sun]\nelevation_deg = -6\ndisc_average = \"auto\"\n"
+      "[atmosphere]\nnitrogen_dioxide_du = \"auto\"\n[aerosols]\nphase = \"auto\"\n"
+      "[solver]\nmethod = \"monte-carlo\"\nscattering_orders = \"auto\"\n"
+      "polarisation = \"auto\"\nphotons = 1e10\nseed = 2147483647\n"
+      "target_relative_error = 1e-5\n",
   };
   for (const std::string& text : texts) {
     const LoadedScene first = load(text);
@@ -110,6 +123,33 @@ TEST_F(SceneFile, PrintedSceneReadsBackTheSame) {
     EXPECT_EQ(to_toml(second.scene), printed);
     EXPECT_EQ(scene_settings(second.scene), scene_settings(first.scene));
   }
+}
+
+// "auto" takes back what the file says, whatever the key's type.
+TEST_F(SceneFile, AutoLeavesAKeyUnset) {
+  const std::string text =
+      "[sun]\nelevation_deg = -6\ndisc_average = false\n[atmosphere]\n"
+      "nitrogen_dioxide_du = 0.2\n[aerosols]\nphase = \"henyey-greenstein\"\n"
+      "[solver]\nmethod = \"orders\"\nscattering_orders = 3\npolarisation = false\n"
+      "photons = 1000\n";
+  const Scene given = load(text).scene;
+  EXPECT_EQ(given.sun.disc_average, false);
+  EXPECT_EQ(given.atmosphere.nitrogen_dioxide_du, 0.2);
+  EXPECT_EQ(given.aerosols.phase, "henyey-greenstein");
+  EXPECT_EQ(given.solver.scattering_orders, 3);
+  EXPECT_EQ(given.solver.polarisation, false);
+  EXPECT_EQ(given.solver.photons, 1000);
+  const Scene unset = load(text, {"sun.disc_average=auto", "atmosphere.nitrogen_dioxide_du=auto",
+                                  "aerosols.phase=auto", "solver.scattering_orders=auto",
+                                  "solver.polarisation=\"auto\"", "solver.photons=auto"})
+                          .scene;
+  EXPECT_FALSE(unset.sun.disc_average || unset.atmosphere.nitrogen_dioxide_du ||
+               unset.aerosols.phase || unset.solver.scattering_orders ||
+               unset.solver.polarisation || unset.solver.photons);
+  expect_refused(text, {"--set", "solver.scattering_orders", "= 2.5", "an integer or \"auto\""},
+                 {"solver.scattering_orders=2.5"});
+  expect_refused(text, {"--set", "solver.polarisation", "yes", "true or false or \"auto\""},
+                 {"solver.polarisation=yes"});
 }
 
 TEST_F(SceneFile, PathsWithQuotesAndBackslashesReadBackTheSame) {

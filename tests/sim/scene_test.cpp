@@ -1,6 +1,7 @@
 // Every range and joint rule of a scene is kept, at its edges.
 #include "sim/scene.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <functional>
@@ -65,10 +66,20 @@ TEST(Scene, EveryNumberIsKeptToItsClosedRange) {
        [](Scene& s, double v) { s.atmosphere.layers = static_cast<int>(v); }},
       {"solver.azimuth_divisions", 8, 360,
        [](Scene& s, double v) { s.solver.azimuth_divisions = static_cast<int>(v); }},
-      {"solver.scattering_orders", 1, 50,
+      {"solver.scattering_orders", 1, 500,
        [](Scene& s, double v) { s.solver.scattering_orders = static_cast<int>(v); }},
       {"solver.active_shell_stride", 1, 32,
        [](Scene& s, double v) { s.solver.active_shell_stride = static_cast<int>(v); }},
+      {"atmosphere.nitrogen_dioxide_du", 0, 5,
+       [](Scene& s, double v) { s.atmosphere.nitrogen_dioxide_du = v; }},
+      {"solver.altitude_levels", 4, 400,
+       [](Scene& s, double v) { s.solver.altitude_levels = static_cast<int>(v); }},
+      {"solver.polar_directions", 8, 128,
+       [](Scene& s, double v) { s.solver.polar_directions = static_cast<int>(v); }},
+      {"solver.azimuth_directions", 4, 64,
+       [](Scene& s, double v) { s.solver.azimuth_directions = static_cast<int>(v); }},
+      {"solver.phase_degree", 2, 64,
+       [](Scene& s, double v) { s.solver.phase_degree = static_cast<int>(v); }},
       {"solver.threads", 0, 1024,
        [](Scene& s, double v) { s.solver.threads = static_cast<int>(v); }},
       {"output.size", 4, 16384, [](Scene& s, double v) { s.output.size = static_cast<int>(v); }},
@@ -85,6 +96,67 @@ TEST(Scene, EveryNumberIsKeptToItsClosedRange) {
     expect_refused(range.key, {allowed, std::to_string(static_cast<int>(range.high) + 1)},
                    [&](Scene& s) { range.set(s, range.high + 1); });
   }
+}
+
+// Ranges whose ends are no whole numbers: just outside is refused, with value and range named.
+TEST(Scene, EveryFractionIsKeptToItsClosedRange) {
+  struct Range {
+    const char* key;
+    double low, high;
+    const char* allowed;
+    double* (*member)(Scene&);
+  };
+  const Range ranges[] = {
+      {"solver.zenith_step_deg", 0.1, 3, "0.1..3",
+       [](Scene& s) { return &s.solver.zenith_step_deg; }},
+      {"solver.order_tolerance", 1e-8, 0.1, "1e-08..0.1",
+       [](Scene& s) { return &s.solver.order_tolerance; }},
+      {"solver.target_relative_error", 1e-5, 1, "1e-05..1",
+       [](Scene& s) { return &s.solver.target_relative_error; }},
+      {"solver.photons", 100, 1e10, "100..10000000000",
+       [](Scene& s) { return &s.solver.photons.emplace(); }},
+  };
+  for (const Range& range : ranges) {
+    SCOPED_TRACE(range.key);
+    for (const double good : {range.low, range.high}) {
+      expect_accepted([&](Scene& s) { *range.member(s) = good; });
+    }
+    for (const double bad : {range.low * (1 - 1e-9), range.high * (1 + 1e-9), -1.0}) {
+      expect_refused(range.key, {fmt::format("= {}:", bad), range.allowed},
+                     [&](Scene& s) { *range.member(s) = bad; });
+    }
+    expect_refused(range.key, {range.allowed},
+                   [&](Scene& s) { *range.member(s) = std::numeric_limits<double>::quiet_NaN(); });
+  }
+  expect_accepted([](Scene& s) { s.solver.seed = 0; });
+  expect_accepted([](Scene& s) { s.solver.seed = std::numeric_limits<int>::max(); });
+  expect_refused("solver.seed", {"= -1:", "0..2147483647"}, [](Scene& s) { s.solver.seed = -1; });
+}
+
+TEST(Scene, SpectralAlbedoPairsIncreasingWavelengthsWithReflectances) {
+  const auto albedo = [](std::vector<double> nm, std::vector<double> values) {
+    return [=](Scene& s) {
+      s.earth.albedo_wavelengths_nm = nm;
+      s.earth.albedo_spectrum = values;
+    };
+  };
+  expect_accepted(albedo({}, {}));
+  expect_accepted(albedo({550}, {1}));
+  expect_accepted(albedo({200, 2500}, {0, 1}));
+  constexpr const char* kWavelengths = "earth.albedo_wavelengths_nm";
+  constexpr const char* kSpectrum = "earth.albedo_spectrum";
+  expect_refused(kWavelengths, {"= 199.9", "value 1 of 2", "200..2500"},
+                 albedo({199.9, 700}, {0, 1}));
+  expect_refused(kWavelengths, {"= 2501", "value 2 of 2", "200..2500"},
+                 albedo({400, 2501}, {0, 1}));
+  expect_refused(kWavelengths, {"= 400", "value 2 of 2", "increase"}, albedo({400, 400}, {0, 1}));
+  expect_refused(kWavelengths, {"200..2500"},
+                 albedo({std::numeric_limits<double>::quiet_NaN()}, {0}));
+  expect_refused(kSpectrum, {"= 1.01", "value 2 of 2", "0..1"}, albedo({400, 700}, {0, 1.01}));
+  expect_refused(kSpectrum, {"= -0.01", "value 1 of 1", "0..1"}, albedo({400}, {-0.01}));
+  expect_refused(kSpectrum, {"1 values", kWavelengths, "2"}, albedo({400, 700}, {0.5}));
+  expect_refused(kSpectrum, {"0 values", kWavelengths, "1"}, albedo({400}, {}));
+  expect_refused(kSpectrum, {"1 values", kWavelengths, "0"}, albedo({}, {0.5}));
 }
 
 TEST(Scene, NanAndInfinityAreRefused) {
@@ -109,6 +181,7 @@ TEST(Scene, EveryWordIsOneOfItsList) {
       {"atmosphere.ozone", [](Scene& s) { s.atmosphere.ozone = "sodium"; }},
       {"atmosphere.refractive_index", [](Scene& s) { s.atmosphere.refractive_index = "sodium"; }},
       {"aerosols.type", [](Scene& s) { s.aerosols.type = "sodium"; }},
+      {"aerosols.phase", [](Scene& s) { s.aerosols.phase = "sodium"; }},
       {"solver.method", [](Scene& s) { s.solver.method = "sodium"; }},
       {"solver.active_shell_weighting",
        [](Scene& s) { s.solver.active_shell_weighting = "sodium"; }},
@@ -168,8 +241,29 @@ TEST(Scene, TimeIsAnOffsetDateTime) {
 
 TEST(Scene, ObserverStandsInsideTheAtmosphere) {
   expect_accepted([](Scene& s) { s.observer.height_m = 99999.0; });
-  expect_refused("observer.height_m", {"100000"}, [](Scene& s) { s.observer.height_m = 100000.0; });
+  expect_refused("observer.height_m", {"= 100000:", "cells"},
+                 [](Scene& s) { s.observer.height_m = 100000.0; });
   expect_refused("observer.height_m", {"= -1:"}, [](Scene& s) { s.observer.height_m = -1.0; });
+}
+
+// Orders and Monte Carlo know the Earth's limb from orbit as well.
+TEST(Scene, OtherMethodsSeeFromOrbit) {
+  for (const char* method : {"orders", "monte-carlo"}) {
+    for (const bool own_layers : {false, true}) {
+      const auto height = [&](double height_m) {
+        return [=](Scene& s) {
+          s.solver.method = method;
+          if (own_layers) s.atmosphere.optical_layers = "layers.csv";
+          s.observer.height_m = height_m;
+        };
+      };
+      expect_accepted(height(0));
+      expect_accepted(height(100000));
+      expect_accepted(height(4e7));
+      expect_refused("observer.height_m", {"= 40000001:", "0..40000000"}, height(40000001));
+      expect_refused("observer.height_m", {"= -1:", "0..40000000"}, height(-1));
+    }
+  }
 }
 
 TEST(Scene, OnlyTheExponentialProfileReachesBeyondTheTables) {
@@ -208,9 +302,74 @@ TEST(Scene, WavelengthsIncreaseStrictlyInsideTheTables) {
   });
 }
 
-TEST(Scene, ScalarCellsHaveNoPolarisation) {
-  expect_refused("solver.polarisation", {"= true", "scalar"},
-                 [](Scene& s) { s.solver.polarisation = true; });
+// What the cells cannot do is refused there and allowed elsewhere; saying no is always allowed.
+TEST(Scene, CellsAreScalarLitByAPointAndHenyeyGreenstein) {
+  struct Wish {
+    const char* key;
+    std::vector<std::string> fragments;
+    Change yes, no;
+  };
+  const Wish wishes[] = {
+      {"solver.polarisation",
+       {"= true", "cells", "scalar"},
+       [](Scene& s) { s.solver.polarisation = true; },
+       [](Scene& s) { s.solver.polarisation = false; }},
+      {"sun.disc_average",
+       {"= true", "cells", "elevation"},
+       [](Scene& s) { s.sun.disc_average = true; },
+       [](Scene& s) { s.sun.disc_average = false; }},
+      {"aerosols.phase",
+       {"= \"mie\"", "cells", "henyey-greenstein"},
+       [](Scene& s) { s.aerosols.phase = "mie"; },
+       [](Scene& s) { s.aerosols.phase = "henyey-greenstein"; }},
+  };
+  for (const Wish& wish : wishes) {
+    expect_refused(wish.key, wish.fragments, wish.yes);
+    expect_accepted(wish.no);
+    for (const char* method : {"orders", "monte-carlo"}) {
+      for (const Change& change : {wish.yes, wish.no}) {
+        expect_accepted([&](Scene& s) {
+          s.solver.method = method;
+          change(s);
+        });
+      }
+    }
+  }
+}
+
+TEST(Scene, OwnLayersHaveNoMiePhase) {
+  const auto layers = [](std::optional<std::string> phase) {
+    return [=](Scene& s) {
+      s.solver.method = "orders";
+      s.atmosphere.optical_layers = "layers.csv";
+      s.aerosols.phase = phase;
+    };
+  };
+  expect_accepted(layers(std::nullopt));
+  expect_accepted(layers("henyey-greenstein"));
+  expect_refused("aerosols.phase", {"= \"mie\"", "optical_layers"}, layers("mie"));
+}
+
+TEST(Scene, UnsetOptionsFollowTheMethod) {
+  Scene scene = valid_scene();
+  EXPECT_FALSE(polarised(scene) || disc_averaged(scene) || mie_phase(scene));
+  for (const char* method : {"orders", "monte-carlo"}) {
+    scene = valid_scene();
+    scene.solver.method = method;
+    EXPECT_TRUE(polarised(scene) && disc_averaged(scene) && mie_phase(scene));
+    scene.solver.polarisation = false;
+    scene.sun.disc_average = false;
+    EXPECT_FALSE(polarised(scene) || disc_averaged(scene));
+    scene.aerosols.phase = "henyey-greenstein";
+    EXPECT_FALSE(mie_phase(scene));
+    scene.aerosols.phase = "mie";
+    EXPECT_TRUE(mie_phase(scene));
+    scene.aerosols.type = "none";
+    EXPECT_FALSE(mie_phase(scene));
+    scene.aerosols = {};
+    scene.atmosphere.optical_layers = "layers.csv";
+    EXPECT_FALSE(mie_phase(scene));
+  }
 }
 
 TEST(Scene, NoAerosolsHaveNoOpticalDepth) {

@@ -1,0 +1,617 @@
+#include "output/field_file.h"
+
+#include <fmt/format.h>
+#include <netcdf.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <map>
+#include <numbers>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "output/command_line.h"
+#include "sim/scene_file.h"
+
+namespace twilight {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kTitle = "Multiply scattered light of a clear twilight sky";
+constexpr std::size_t kCoherencyComponents = 4;
+constexpr double kSameMedium = 1e-9;  // relative: another compiler may round differently
+
+using Sizes = std::map<std::string, std::size_t, std::less<>>;  ///< of the dimensions
+
+/// One variable of the file: its numbers, their shape and meaning.
+struct Variable {
+  const char* name;
+  std::vector<const char*> dimensions;
+  std::variant<std::vector<float>*, std::vector<double>*> values;
+  const char* units;
+  const char* long_name;
+  const char* standard_name = "";
+};
+
+/// What the file holds beside the field: the medium it was solved for, as flat arrays.
+struct FieldMedium {
+  std::vector<double> boundary_km, ground_albedo, depolarisation;
+  std::vector<double> air_scattering, aerosol_scattering, aerosol_absorption, aerosol_asymmetry,
+      gas_absorption, refractivity;
+};
+
+FieldMedium field_medium(const SceneModel& model) {
+  const Medium& m = model.medium;
+  const auto flat = [&](const LayerTable& table) {
+    std::vector<double> values;
+    values.reserve(table.size());
+    for (std::size_t i = 0; i < m.layers(); ++i) {
+      for (std::size_t w = 0; w < m.wavelengths(); ++w) values.push_back(table(i, w));
+    }
+    return values;
+  };
+  FieldMedium flattened{m.boundary_km,
+                        model.ground_albedo,
+                        m.depolarisation,
+                        flat(m.air_scattering_per_km),
+                        flat(m.aerosol_scattering_per_km),
+                        flat(m.aerosol_absorption_per_km),
+                        flat(m.aerosol_asymmetry),
+                        flat(m.gas_absorption_per_km),
+                        flat(m.refractivity)};
+  if (flattened.ground_albedo.empty()) {
+    flattened.ground_albedo.assign(m.wavelengths(), model.scene.earth.ground_albedo);
+  }
+  return flattened;
+}
+
+// The one list of the field's arrays, for writing and for reading.
+std::vector<Variable> field_variables(OrdersField& f) {
+  std::vector<Variable> all = {
+      {"wavelength", {"wavelength"}, &f.wavelength_nm, "nm", "wavelength", "radiation_wavelength"},
+      {"altitude", {"altitude"}, &f.altitude_km, "km", "height above the ground sphere", "height"},
+      {"solar_zenith_rad",
+       {"solar_zenith_angle"},
+       &f.solar_zenith_rad,
+       "radian",
+       "solar zenith angle at the point, exactly as solved",
+       "solar_zenith_angle"},
+      {"coherency",
+       {"altitude", "solar_zenith_angle", "coherency_component", "wavelength"},
+       &f.coherency,
+       "1",
+       "integral over all directions of the polarisation tensor of the incoming scattered light: "
+       "xx, yy, zz, xz, per unit solar irradiance; z up, x towards the Sun"},
+      {"ground_irradiance",
+       {"solar_zenith_angle", "wavelength"},
+       &f.ground_irradiance,
+       "1",
+       "diffuse irradiance of the horizontal ground per unit solar irradiance"},
+  };
+  // A dimension of no length means another thing in netCDF.
+  if (!f.order_share.empty()) {
+    all.push_back({"order_share",
+                   {"scattering_order", "wavelength"},
+                   &f.order_share,
+                   "1",
+                   "share of each order in the mean radiance at the ground, solar zenith angle 96 "
+                   "degrees"});
+  }
+  if (f.aerosol_levels > 0) {
+    all.push_back({"aerosol_moments",
+                   {"aerosol_altitude", "solar_zenith_angle", "aerosol_moment", "wavelength"},
+                   &f.aerosol_moments,
+                   "1",
+                   "moments of the incoming scattered light in generalised spherical functions, "
+                   "levels inside the aerosol, per unit solar irradiance"});
+  }
+  return all;
+}
+
+std::vector<Variable> medium_variables(FieldMedium& m) {
+  const std::vector<const char*> table = {"layer", "wavelength"};
+  return {
+      {"layer_boundary",
+       {"layer_boundary"},
+       &m.boundary_km,
+       "km",
+       "boundaries of the layers",
+       "height"},
+      {"ground_albedo",
+       {"wavelength"},
+       &m.ground_albedo,
+       "1",
+       "Lambertian reflectance of the ground",
+       "surface_albedo"},
+      {"depolarisation", {"wavelength"}, &m.depolarisation, "1", "depolarisation ratio of air"},
+      {"air_scattering", table, &m.air_scattering, "km-1", "scattering coefficient of air"},
+      {"aerosol_scattering", table, &m.aerosol_scattering, "km-1",
+       "scattering coefficient of the aerosol"},
+      {"aerosol_absorption", table, &m.aerosol_absorption, "km-1",
+       "absorption coefficient of the aerosol"},
+      {"aerosol_asymmetry", table, &m.aerosol_asymmetry, "1", "asymmetry parameter of the aerosol"},
+      {"gas_absorption", table, &m.gas_absorption, "km-1",
+       "absorption coefficient of ozone and nitrogen dioxide"},
+      {"refractivity", table, &m.refractivity, "1", "refractive index minus one"},
+  };
+}
+
+Sizes sizes_of(const OrdersField& f, std::size_t layers) {
+  Sizes sizes = {{"wavelength", f.wavelength_nm.size()},
+                 {"altitude", f.altitude_km.size()},
+                 {"solar_zenith_angle", f.solar_zenith_rad.size()},
+                 {"coherency_component", kCoherencyComponents},
+                 {"layer", layers},
+                 {"layer_boundary", layers + 1}};
+  if (!f.order_share.empty()) {
+    sizes["scattering_order"] = f.order_share.size() / f.wavelength_nm.size();
+  }
+  if (f.aerosol_levels > 0) {
+    sizes["aerosol_altitude"] = f.aerosol_levels;
+    sizes["aerosol_moment"] = f.moments_per_node;
+  }
+  return sizes;
+}
+
+std::size_t count_of(const Variable& variable, const Sizes& sizes) {
+  std::size_t count = 1;
+  for (const char* dimension : variable.dimensions) count *= sizes.find(dimension)->second;
+  return count;
+}
+
+// FNV-1a of the numbers' bytes: a file cut short reads as zeros otherwise.
+template <class Number>
+std::string checksum_of(const std::vector<Number>& values) {
+  std::uint64_t hash = 14695981039346656037ULL;
+  const auto* byte = reinterpret_cast<const unsigned char*>(values.data());
+  for (std::size_t i = 0; i < values.size() * sizeof(Number); ++i) {
+    hash = (hash ^ byte[i]) * 1099511628211ULL;
+  }
+  return fmt::format("{:016x}", hash);
+}
+
+template <class Number>
+constexpr nc_type kNcType = sizeof(Number) == sizeof(float) ? NC_FLOAT : NC_DOUBLE;
+
+int put(int id, int variable, const std::vector<float>& v) {
+  return nc_put_var_float(id, variable, v.data());
+}
+int put(int id, int variable, const std::vector<double>& v) {
+  return nc_put_var_double(id, variable, v.data());
+}
+int get(int id, int variable, std::vector<float>& v) {
+  return nc_get_var_float(id, variable, v.data());
+}
+int get(int id, int variable, std::vector<double>& v) {
+  return nc_get_var_double(id, variable, v.data());
+}
+
+// Threads change no byte of the field, so they change none of the file.
+Scene without_threads(Scene scene) {
+  scene.solver.threads = 0;
+  return scene;
+}
+
+/// A netCDF file being written; what fails is named by the AtomicFile.
+class Writer {
+ public:
+  explicit Writer(AtomicFile& file) : file_(file) {
+    check(nc_create(file.temporary().c_str(), NC_CLOBBER | NC_64BIT_DATA, &id_));
+    open_ = true;
+    // Every value is written once: no need to fill the file with blanks first.
+    check(nc_set_fill(id_, NC_NOFILL, nullptr));
+  }
+  ~Writer() {
+    if (open_) nc_close(id_);
+  }
+  Writer(const Writer&) = delete;
+  Writer& operator=(const Writer&) = delete;
+
+  void dimensions(const Sizes& sizes) {
+    for (const auto& [name, size] : sizes) {
+      check(nc_def_dim(id_, name.c_str(), size, &dimension_[name]));
+    }
+  }
+
+  void text(int variable, const char* name, std::string_view value) {
+    if (!value.empty()) check(nc_put_att_text(id_, variable, name, value.size(), value.data()));
+  }
+  void number(const char* name, double value) {
+    check(nc_put_att_double(id_, NC_GLOBAL, name, NC_DOUBLE, 1, &value));
+  }
+  void number(const char* name, int value) {
+    check(nc_put_att_int(id_, NC_GLOBAL, name, NC_INT, 1, &value));
+  }
+
+  void define(const Variable& variable) {
+    std::vector<int> dimensions;
+    for (const char* name : variable.dimensions) dimensions.push_back(dimension_.at(name));
+    std::visit(
+        [&](const auto* values) {
+          using Number = typename std::remove_pointer_t<decltype(values)>::value_type;
+          int& id = variable_[variable.name];
+          check(nc_def_var(id_, variable.name, kNcType<Number>, static_cast<int>(dimensions.size()),
+                           dimensions.data(), &id));
+          text(id, "units", variable.units);
+          text(id, "long_name", variable.long_name);
+          text(id, "standard_name", variable.standard_name);
+          text(id, "checksum_fnv1a64", checksum_of(*values));
+        },
+        variable.values);
+  }
+  void end_definitions() { check(nc_enddef(id_)); }
+
+  void write(const Variable& variable) {
+    const int id = variable_.at(variable.name);
+    std::visit([&](const auto* values) { check(put(id_, id, *values)); }, variable.values);
+  }
+
+  void close() {
+    open_ = false;
+    check(nc_close(id_));
+  }
+
+ private:
+  void check(int status) const {
+    if (status != NC_NOERR) file_.fail(nc_strerror(status));
+  }
+
+  AtomicFile& file_;
+  int id_ = -1;
+  bool open_ = false;
+  std::map<std::string, int, std::less<>> dimension_, variable_;
+};
+
+/// A netCDF file being read; complaints name the file and what is wrong in it.
+class Reader {
+ public:
+  explicit Reader(const fs::path& path) : name_(path.string()) {
+    if (!fs::is_regular_file(path)) {
+      throw std::runtime_error(fmt::format("{}: cannot read this field: no such file", name_));
+    }
+    bytes_ = fs::file_size(path);
+    const int status = nc_open(path.c_str(), NC_NOWRITE, &id_);
+    if (status != NC_NOERR) {
+      throw std::runtime_error(fmt::format(
+          "{}: cannot read this field, which must be a netCDF file that `twilight solve` wrote: {}",
+          name_, nc_strerror(status)));
+    }
+    for (const char* name :
+         {"wavelength", "altitude", "solar_zenith_angle", "coherency_component", "scattering_order",
+          "layer", "layer_boundary", "aerosol_altitude", "aerosol_moment"}) {
+      int dimension = 0;
+      std::size_t size = 0;
+      if (nc_inq_dimid(id_, name, &dimension) != NC_NOERR) continue;
+      if (nc_inq_dimlen(id_, dimension, &size) == NC_NOERR) sizes_[name] = size;
+    }
+  }
+  ~Reader() { nc_close(id_); }
+  Reader(const Reader&) = delete;
+  Reader& operator=(const Reader&) = delete;
+
+  [[noreturn]] void refuse(std::string_view what) const {
+    throw std::runtime_error(fmt::format("{}: {}", name_, what));
+  }
+  const std::string& name() const { return name_; }
+
+  /// Length of a dimension; 0 where the file has none of this name.
+  std::size_t size(std::string_view dimension) const {
+    const auto it = sizes_.find(dimension);
+    return it == sizes_.end() ? 0 : it->second;
+  }
+
+  std::string text(int variable, const char* owner, const char* name) const {
+    nc_type type = NC_NAT;
+    std::size_t length = 0;
+    if (nc_inq_att(id_, variable, name, &type, &length) != NC_NOERR || type != NC_CHAR) {
+      refuse(fmt::format("{} attribute '{}' is missing or no text", owner, name));
+    }
+    std::string value(length, '\0');
+    if (nc_get_att_text(id_, variable, name, value.data()) != NC_NOERR) {
+      refuse(fmt::format("{} attribute '{}' cannot be read", owner, name));
+    }
+    return value;
+  }
+
+  double number(const char* name) const {
+    std::size_t length = 0;
+    double value = 0;
+    if (nc_inq_attlen(id_, NC_GLOBAL, name, &length) != NC_NOERR || length != 1 ||
+        nc_get_att_double(id_, NC_GLOBAL, name, &value) != NC_NOERR || !std::isfinite(value)) {
+      refuse(fmt::format("global attribute '{}' is missing or no finite number", name));
+    }
+    return value;
+  }
+
+  int whole_number(const char* name, int low, int high) const {
+    const double value = number(name);
+    if (!(value >= low && value <= high) || value != std::floor(value)) {
+      refuse(fmt::format("global attribute '{}' = {}: must be a whole number in {}..{}", name,
+                         value, low, high));
+    }
+    return static_cast<int>(value);
+  }
+
+  void read(const Variable& variable) const {
+    std::visit(
+        [&](auto* values) {
+          using Number = typename std::remove_pointer_t<decltype(values)>::value_type;
+          const auto wrong = [&](std::string_view what) {
+            refuse(fmt::format("variable '{}' {}", variable.name, what));
+          };
+          int id = 0, dimensions = 0;
+          if (nc_inq_varid(id_, variable.name, &id) != NC_NOERR) wrong("is missing");
+          nc_type type = NC_NAT;
+          if (nc_inq_vartype(id_, id, &type) != NC_NOERR || type != kNcType<Number>) {
+            wrong(fmt::format("must hold {} numbers",
+                              sizeof(Number) == sizeof(float) ? "float" : "double"));
+          }
+          std::vector<std::string> held;
+          if (nc_inq_varndims(id_, id, &dimensions) == NC_NOERR) {
+            std::vector<int> ids(static_cast<std::size_t>(dimensions));
+            nc_inq_vardimid(id_, id, ids.data());
+            for (const int dimension : ids) {
+              char name[NC_MAX_NAME + 1] = {};
+              nc_inq_dimname(id_, dimension, name);
+              held.emplace_back(name);
+            }
+          }
+          if (!std::ranges::equal(held, variable.dimensions,
+                                  [](const std::string& a, const char* b) { return a == b; })) {
+            wrong(fmt::format("has the dimensions ({}): must have ({})", fmt::join(held, ", "),
+                              fmt::join(variable.dimensions, ", ")));
+          }
+          double bytes = sizeof(Number);
+          for (const char* d : variable.dimensions) bytes *= static_cast<double>(size(d));
+          if (bytes > static_cast<double>(bytes_)) {
+            wrong(fmt::format("is damaged: the file's {} bytes cannot hold its {}", bytes_, bytes));
+          }
+          values->resize(count_of(variable, sizes_));
+          if (const int status = get(id_, id, *values); status != NC_NOERR) {
+            wrong(fmt::format("cannot be read: {}", nc_strerror(status)));
+          }
+          const std::string owner = fmt::format("variable '{}':", variable.name);
+          if (text(id, owner.c_str(), "checksum_fnv1a64") != checksum_of(*values)) {
+            wrong("is damaged: its checksum is another");
+          }
+          if (!std::ranges::all_of(*values, [](Number v) { return std::isfinite(v); })) {
+            wrong("holds a value that is not finite");
+          }
+        },
+        variable.values);
+  }
+
+ private:
+  std::string name_;
+  std::uintmax_t bytes_ = 0;
+  int id_ = -1;
+  Sizes sizes_;
+};
+
+bool shapes_the_field(std::string_view key) {
+  constexpr std::string_view kTables[] = {"earth.", "atmosphere.", "aerosols.", "spectrum."};
+  constexpr std::string_view kKeys[] = {"solver.method",
+                                        "solver.scattering_orders",
+                                        "solver.ground_light",
+                                        "solver.zenith_step_deg",
+                                        "solver.altitude_levels",
+                                        "solver.polar_directions",
+                                        "solver.azimuth_directions",
+                                        "solver.phase_degree",
+                                        "solver.order_tolerance",
+                                        "solver.single_precision"};
+  if (key == "earth.radius_km") return false;  // compared as resolved
+  return std::ranges::find(kKeys, key) != std::end(kKeys) ||
+         std::ranges::any_of(kTables, [&](std::string_view t) { return key.starts_with(t); });
+}
+
+// The keys a field depends on, as the solver takes them.
+std::map<std::string, std::string> field_settings(const Scene& scene) {
+  std::map<std::string, std::string> settings;
+  for (const auto& [key, value] : scene_settings(scene)) {
+    if (shapes_the_field(key)) settings[key] = value;
+  }
+  settings["sun.disc_average"] = disc_averaged(scene) ? "true" : "false";
+  settings["solver.polarisation"] = polarised(scene) ? "true" : "false";
+  if (scene.atmosphere.optical_layers) {
+    settings["atmosphere.optical_layers"] = "a file of layers";  // compared layer by layer
+  } else {
+    settings["aerosols.phase"] = mie_phase(scene) ? "mie" : "henyey-greenstein";
+  }
+  return settings;
+}
+
+void require_same_scene(const std::string& file, const Scene& stored, const Scene& scene) {
+  auto theirs = field_settings(stored), ours = field_settings(scene);
+  if (theirs.contains("earth.albedo_spectrum") || ours.contains("earth.albedo_spectrum")) {
+    theirs.erase("earth.ground_albedo");  // a spectrum stands in its place
+    ours.erase("earth.ground_albedo");
+  }
+  const auto shown = [](const std::map<std::string, std::string>& settings,
+                        const std::string& key) {
+    const auto it = settings.find(key);
+    return it == settings.end() ? std::string("not set") : it->second;
+  };
+  // In the order of the scene file, so that the plainest difference is told first.
+  for (const SceneKey& scene_key : scene_keys()) {
+    const std::string key(scene_key.name);
+    const std::string a = shown(theirs, key), b = shown(ours, key);
+    if (a == b) continue;
+    throw std::invalid_argument(fmt::format(
+        "{}: was solved with key '{}' = {}, the scene has {}: must be equal", file, key, a, b));
+  }
+}
+
+bool same(double a, double b) {
+  return std::abs(a - b) <= kSameMedium * std::max(std::abs(a), std::abs(b)) + 1e-300;
+}
+
+void require_same_medium(const std::string& file, FieldMedium& stored, FieldMedium& model) {
+  const auto theirs = medium_variables(stored), ours = medium_variables(model);
+  for (std::size_t k = 0; k < ours.size(); ++k) {
+    const auto& a = *std::get<std::vector<double>*>(theirs[k].values);
+    const auto& b = *std::get<std::vector<double>*>(ours[k].values);
+    const std::string what = fmt::format(
+        "{}: was solved for another medium (tables or optical_layers changed since): "
+        "variable '{}'",
+        file, ours[k].name);
+    if (a.size() != b.size()) {
+      throw std::invalid_argument(
+          fmt::format("{} has {} values, the scene's {}", what, a.size(), b.size()));
+    }
+    for (std::size_t i = 0; i < a.size(); ++i) {
+      if (same(a[i], b[i])) continue;
+      throw std::invalid_argument(fmt::format("{}, value {} of {}, is {}, the scene's {}", what,
+                                              i + 1, a.size(), a[i], b[i]));
+    }
+  }
+}
+
+void require_increasing(const Reader& reader, const char* name, const std::vector<double>& values) {
+  if (values.size() < 2 && std::string_view(name) != "wavelength") {
+    reader.refuse(
+        fmt::format("variable '{}' has {} values: must have 2 or more", name, values.size()));
+  }
+  for (std::size_t i = 1; i < values.size(); ++i) {
+    if (!(values[i] > values[i - 1])) {
+      reader.refuse(fmt::format("variable '{}' does not increase at value {} of {}", name, i + 1,
+                                values.size()));
+    }
+  }
+}
+
+}  // namespace
+
+void write_field(AtomicFile& file, const OrdersField& field, const SceneModel& model) {
+  // The list of arrays serves reading too, so it points at what may be changed.
+  OrdersField copy = field;
+  FieldMedium medium = field_medium(model);
+  const Sizes sizes = sizes_of(copy, model.medium.layers());
+  std::vector<double> zenith_deg = copy.solar_zenith_rad;
+  for (double& angle : zenith_deg) angle *= 180.0 / std::numbers::pi;
+
+  std::vector<Variable> variables = field_variables(copy);
+  variables.push_back({"solar_zenith_angle",
+                       {"solar_zenith_angle"},
+                       &zenith_deg,
+                       "degree",
+                       "solar zenith angle at the point, without refraction",
+                       "solar_zenith_angle"});
+  for (const Variable& v : medium_variables(medium)) variables.push_back(v);
+  for (const Variable& v : variables) {
+    std::visit(
+        [&](const auto* values) {
+          if (values->size() != count_of(v, sizes)) {
+            throw std::logic_error(
+                fmt::format("{}: variable '{}' has {} values; its dimensions "
+                            "make {}",
+                            file.temporary().string(), v.name, values->size(), count_of(v, sizes)));
+          }
+          if (!std::ranges::all_of(*values, [](auto x) { return std::isfinite(x); })) {
+            throw std::logic_error(fmt::format("{}: variable '{}' holds a value that is not finite",
+                                               file.temporary().string(), v.name));
+          }
+        },
+        v.values);
+  }
+
+  Writer writer(file);
+  writer.dimensions(sizes);
+  writer.text(NC_GLOBAL, "Conventions", "CF-1.10");
+  writer.text(NC_GLOBAL, "title", kTitle);
+  writer.text(NC_GLOBAL, "source",
+              fmt::format("twilight {}, successive orders of scattering", kVersion));
+  writer.text(NC_GLOBAL, "comment",
+              "Light scattered or reflected at least once, at every altitude and solar zenith "
+              "angle of one spherically symmetric atmosphere. Read by twilight --field.");
+  writer.text(NC_GLOBAL, "twilight_version", kVersion);
+  writer.text(NC_GLOBAL, "scene", to_toml(without_threads(model.scene)));
+  writer.number("earth_radius_km", model.medium.earth_radius_km);
+  writer.number("zenith_step_deg", copy.zenith_step_deg);
+  writer.number("phase_degree", copy.phase_degree);
+  writer.number("polarised", copy.polarised ? 1 : 0);
+  writer.number("orders", copy.orders);
+  for (const Variable& v : variables) writer.define(v);
+  writer.end_definitions();
+  for (const Variable& v : variables) writer.write(v);
+  writer.close();
+}
+
+void write_field(const fs::path& path, const OrdersField& field, const SceneModel& model) {
+  AtomicFile file(path);
+  write_field(file, field, model);
+  file.commit();
+}
+
+OrdersField read_field(const fs::path& path, const SceneModel& model) {
+  const Reader reader(path);
+  if (reader.text(NC_GLOBAL, "global", "title") != kTitle) {
+    reader.refuse(
+        fmt::format("global attribute 'title' is not \"{}\": not a field that `twilight "
+                    "solve` wrote",
+                    kTitle));
+  }
+  if (model.scene.solver.method != "orders") {
+    throw std::invalid_argument(
+        fmt::format("{}: is a field of solver.method \"orders\"; the scene's key 'solver.method' = "
+                    "\"{}\" must be \"orders\"",
+                    reader.name(), model.scene.solver.method));
+  }
+  const Scene stored = parse_scene(reader.text(NC_GLOBAL, "global", "scene"),
+                                   reader.name() + " (attribute 'scene')");
+  require_same_scene(reader.name(), stored, model.scene);
+  const double radius_km = reader.number("earth_radius_km");
+  if (!same(radius_km, model.medium.earth_radius_km)) {
+    throw std::invalid_argument(
+        fmt::format("{}: was solved with the Earth's radius {} km, the scene resolves key "
+                    "'earth.radius_km' to {}: must be equal; set earth.radius_km = {} to use this "
+                    "field for other places and times",
+                    reader.name(), radius_km, model.medium.earth_radius_km, radius_km));
+  }
+
+  OrdersField field;
+  field.zenith_step_deg = reader.number("zenith_step_deg");
+  field.phase_degree = reader.whole_number("phase_degree", 0, 1000);
+  field.polarised = reader.whole_number("polarised", 0, 1) == 1;
+  field.orders = reader.whole_number("orders", 0, 1000000);
+  field.aerosol_levels = reader.size("aerosol_altitude");
+  field.moments_per_node = reader.size("aerosol_moment");
+  field.order_share.resize(reader.size("scattering_order"));  // its variable is in the list
+  for (const Variable& variable : field_variables(field)) reader.read(variable);
+  FieldMedium medium, own = field_medium(model);
+  for (const Variable& variable : medium_variables(medium)) reader.read(variable);
+  require_same_medium(reader.name(), medium, own);
+
+  require_increasing(reader, "wavelength", field.wavelength_nm);
+  require_increasing(reader, "altitude", field.altitude_km);
+  require_increasing(reader, "solar_zenith_rad", field.solar_zenith_rad);
+  if (field.wavelength_nm != model.medium.wavelength_nm) {
+    reader.refuse("variable 'wavelength' disagrees with the scene in its attribute 'scene'");
+  }
+  if (reader.size("coherency_component") != kCoherencyComponents) {
+    reader.refuse(fmt::format("variable 'coherency' has {} components: must have {}",
+                              reader.size("coherency_component"), kCoherencyComponents));
+  }
+  if (field.aerosol_levels > field.altitude_km.size()) {
+    reader.refuse(
+        fmt::format("variable 'aerosol_moments' has {} levels, more than the {} of "
+                    "'altitude'",
+                    field.aerosol_levels, field.altitude_km.size()));
+  }
+  const auto degree = static_cast<std::size_t>(field.phase_degree);
+  const std::size_t moments = (degree + 1) * (degree + 2) / 2 * (field.polarised ? 3 : 1);
+  if (field.aerosol_levels > 0 && field.moments_per_node != moments) {
+    reader.refuse(
+        fmt::format("variable 'aerosol_moments' has {} moments: must have {}, for "
+                    "phase_degree {}",
+                    field.moments_per_node, moments, field.phase_degree));
+  }
+  return field;
+}
+
+}  // namespace twilight

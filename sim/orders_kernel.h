@@ -1,0 +1,115 @@
+// Inner loops of the successive orders: sources in Fourier modes, gathered along rays.
+#pragma once
+
+#include <cstddef>
+
+namespace twilight {
+
+/// Fourier modes in azimuth of the light that one point of a ray sends towards the ray's start,
+/// for every solar zenith node: I, then Q, then U (when polarised), modes 0..degree each,
+/// value[node][stokes][mode][lane]; the U mode 0 is unused. Q and U are those of the ray's
+/// vertical plane, which holds the Earth's centre and is the same at all its points.
+template <class T>
+struct SourceModesInput {
+  std::size_t nodes = 0, lanes = 0;
+  bool polarised = true;
+  T cos_theta = 1, sin_theta = 0;  ///< zenith angle of the look direction at the point
+  /// Air: coherency tensor [node][xx, yy, zz, xz][lane], depolarisation included, and
+  /// 3 / (8 pi) times the weight of air in the ray's integral, [lane].
+  const T* coherency = nullptr;
+  const T* air_weight = nullptr;
+  /// Aerosol, or null: moments [node][k][lane] with k over I, E, B each by moment_index; the
+  /// angular basis times (2 - delta_m0) / (4 pi); weighted expansion coefficients [l][lane].
+  int degree = 2;  ///< of the modes, >= 2
+  int phase_degree = 0;         ///< moments above it are left out
+  int stored_phase_degree = 0;  ///< of `moments`, at least phase_degree
+  const T* moments = nullptr;
+  const T *p = nullptr, *r = nullptr, *t = nullptr;
+  const T *a1 = nullptr, *b1 = nullptr, *a2 = nullptr, *a3 = nullptr;
+};
+
+template <class T>
+void source_modes(const SourceModesInput<T>& in, T* modes);
+template <class T>
+void source_modes_scalar(const SourceModesInput<T>& in, T* modes);
+
+/// The least degree (2..degree) such that the modes above it are below `share` of I's mode 0, at
+/// every node and lane.
+template <class T>
+int significant_degree(const SourceModesInput<T>& in, const T* modes, T share);
+
+/// Adds one point's light to every (solar zenith, azimuth) pair of a ray's start.
+template <class T>
+struct GatherInput {
+  /// The pairs: Sun zenith angle at the start, azimuth of the ray from the Sun's, [pairs].
+  std::size_t pairs = 0;
+  const T *cos_chi = nullptr, *sin_chi = nullptr, *cos_phi = nullptr, *sin_phi = nullptr;
+  T cos_psi = 1, sin_psi = 0;  ///< central angle between start and point
+  std::size_t lanes = 0;
+  bool polarised = true;
+  int degree = 2;            ///< modes above are left out
+  int stored_degree = 2;     ///< of `modes`, at least degree
+  std::size_t nodes = 0;     ///< of `modes`
+  const T* modes = nullptr;  ///< as source_modes() makes them
+  /// Position of every point of the fine zenith scale among the nodes.
+  const float* fine_position = nullptr;
+  T fine_per_radian = 0;
+  /// The steep factor that modes are relative to, [fine][lane]; zero from fine_end on.
+  const T* reference = nullptr;
+  std::size_t fine_end = 0;
+  T* scratch = nullptr;  ///< 3 * pairs rounded up to 16
+};
+
+/// out[pair][stokes][lane] += reference * modes at the point.
+template <class T>
+void gather_modes(const GatherInput<T>& in, T* out);
+template <class T>
+void gather_modes_scalar(const GatherInput<T>& in, T* out);
+
+/// Direct sunlight scattered once at a point, by whole phase functions instead of modes. Of
+/// `gather` the members about modes and nodes are unused; `reference` is the irradiance of the beam.
+template <class T>
+struct BeamInput {
+  GatherInput<T> gather;
+  T cos_theta = 1, sin_theta = 0;  ///< zenith angle of the look direction at the point
+  /// Apparent zenith angle of the Sun at the point's altitude on the fine scale.
+  const T *cos_sun = nullptr, *sin_sun = nullptr;
+  const T* air_weight = nullptr;         ///< as SourceModesInput, [lane]
+  const T* anisotropic_share = nullptr;  ///< of air, [lane]
+  /// Weights over 4 pi of the kinds of aerosol, [kind][lane], and their p11 and p12 at cosines
+  /// -1..1 in equal steps, [kind][node][p11, p12][lane].
+  std::size_t kinds = 0, phase_nodes = 0;
+  const T *kind_weight = nullptr, *phase = nullptr;
+};
+
+/// out[pair][stokes][lane] grows by the light of the beam scattered at the point.
+template <class T>
+void gather_beam(const BeamInput<T>& in, T* out);
+template <class T>
+void gather_beam_scalar(const BeamInput<T>& in, T* out);
+
+/// out[pair][lane] (of `stride` values per pair) += weight[lane] * reference at the point: ground.
+template <class T>
+void gather_ground(const GatherInput<T>& in, const T* weight, std::size_t stride, T* out);
+
+/// Adds the light of one zenith angle to the moments of every node.
+template <class T>
+struct MomentInput {
+  std::size_t nodes = 0, azimuths = 0, lanes = 0;
+  bool polarised = true;
+  T cos_theta = 1, sin_theta = 0;
+  T weight = 0;                                      ///< solid angle of every azimuth, both halves
+  const T *cos_phi = nullptr, *sin_phi = nullptr;    ///< [azimuth]
+  const T* light = nullptr;                          ///< [node][azimuth][stokes][lane]
+  int phase_degree = 0;                              ///< of the moments, 0 = none
+  const T *p = nullptr, *r = nullptr, *t = nullptr;  ///< angular basis, moment_index
+  T* scratch = nullptr;                              ///< 3 * (phase_degree + 1) * lanes
+};
+
+/// coherency[node][4][lane] and moments[node][k][lane] grow by the light.
+template <class T>
+void add_moments(const MomentInput<T>& in, T* coherency, T* moments);
+template <class T>
+void add_moments_scalar(const MomentInput<T>& in, T* coherency, T* moments);
+
+}  // namespace twilight

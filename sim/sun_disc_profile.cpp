@@ -1,0 +1,68 @@
+#include "sim/sun_disc_profile.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "sim/gauss_legendre.h"
+#include "sim/zenith_grid.h"
+#include "solar/limb_darkening.h"
+
+namespace twilight {
+namespace {
+
+// Light of the strip at x (in radii, -1..1) across the disc, per unit x, over the whole disc's.
+double strip(const LimbDarkening& limb, double x) {
+  const double half = std::sqrt(std::max(0.0, 1 - x * x));
+  double sum = 0;
+  for (const GaussNode& g : gauss_legendre(12, 0, std::numbers::pi / 2)) {
+    const double y = half * std::sin(g.x);  // the substitution tames the limb
+    sum += g.weight * half * std::cos(g.x) * limb(std::sqrt(std::max(0.0, 1 - x * x - y * y)));
+  }
+  return 2 * sum / std::numbers::pi;
+}
+
+}  // namespace
+
+void average_over_disc(std::span<const double> wavelength_nm, double sun_distance_au,
+                       std::size_t lanes, std::size_t end, std::span<float> value) {
+  const double radius_deg = kSunAngularRadiusRad / sun_distance_au * 180 / std::numbers::pi;
+  const double radius = radius_deg / ZenithGrid::kFineStep_deg;  // in fine steps
+  const int reach = static_cast<int>(std::ceil(radius)) + 1;
+  // Weights of whole fine steps such that a linear function between them is averaged exactly.
+  const std::size_t taps = 2 * static_cast<std::size_t>(reach) + 1;
+  std::vector<float> weight(taps * lanes, 0.0F);
+  for (std::size_t w = 0; w < wavelength_nm.size(); ++w) {
+    const LimbDarkening limb(wavelength_nm[w]);
+    std::vector<double> exact(taps, 0.0);
+    double sum = 0;
+    for (const GaussNode& g : gauss_legendre(64, -1, 1)) {
+      const double light = g.weight * strip(limb, g.x);
+      const double at = g.x * radius + reach;
+      const double low = std::floor(at), f = at - low;
+      exact[static_cast<std::size_t>(low)] += light * (1 - f);
+      exact[static_cast<std::size_t>(low) + 1] += light * f;
+      sum += light;
+    }
+    for (std::size_t k = 0; k < taps; ++k) {
+      weight[k * lanes + w] = static_cast<float>(exact[k] / sum);
+    }
+  }
+  const auto last = static_cast<std::ptrdiff_t>(std::lround(180 / ZenithGrid::kFineStep_deg));
+  const std::vector<float> point(value.begin(), value.end());
+  const auto stop = std::min<std::ptrdiff_t>(static_cast<std::ptrdiff_t>(end) + reach, last + 1);
+  for (std::ptrdiff_t k = 0; k < stop; ++k) {
+    float* out = &value[static_cast<std::size_t>(k) * lanes];
+    std::fill_n(out, lanes, 0.0F);
+    for (std::ptrdiff_t q = -reach; q <= reach; ++q) {
+      std::ptrdiff_t from = std::abs(k + q);
+      if (from > last) from = 2 * last - from;
+      const float* in = &point[static_cast<std::size_t>(from) * lanes];
+      const float* weights = &weight[static_cast<std::size_t>(q + reach) * lanes];
+      for (std::size_t w = 0; w < lanes; ++w) out[w] += weights[w] * in[w];
+    }
+  }
+}
+
+}  // namespace twilight

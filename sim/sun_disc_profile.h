@@ -1,0 +1,16 @@
+// The Sun's disc seen edge on: how its light spreads over solar zenith angles.
+#pragma once
+
+#include <cstddef>
+#include <span>
+
+namespace twilight {
+
+/// Averages a quantity given for a point Sun over the limb-darkened disc: every value on the fine
+/// zenith scale of ZenithGrid becomes the mean over the disc's strips of equal zenith angle,
+/// weighted with their light (solar/limb_darkening.h). The curvature of the strips is left out
+/// (2e-5). value[fine][lane], lit below fine point `end`; beyond 180 degrees it is mirrored.
+void average_over_disc(std::span<const double> wavelength_nm, double sun_distance_au,
+                       std::size_t lanes, std::size_t end, std::span<float> value);
+
+}  // namespace twilight
