@@ -123,10 +123,11 @@ MonteCarloSky::MonteCarloSky(const SceneModel& model, const RunControl& control)
   find_direct_sun();
 }
 
-double MonteCarloSky::direct_beam(std::size_t w, double true_zenith, double* apparent) const {
+MonteCarloSky::DirectBeam MonteCarloSky::direct_beam(std::size_t w, double true_zenith) const {
+  DirectBeam beam;
   const BentRays& rays = sunlight_->rays(w);
   const double h = world_.observer_height_km;
-  *apparent = true_zenith;
+  beam.apparent_zenith_rad = true_zenith;
   const auto bending = [&](double a, bool& hits) {
     const BentRays::Trace t = rays.trace(h, a);
     hits = t.hits_ground;
@@ -146,9 +147,8 @@ double MonteCarloSky::direct_beam(std::size_t w, double true_zenith, double* app
   }
   const double a = low;
   bool hits = false;
-  if (std::abs(a + bending(a, hits) - true_zenith) > 1e-6 || hits) return 0;
-  *apparent = a;
-  double spread = 1;
+  if (std::abs(a + bending(a, hits) - true_zenith) > 1e-6 || hits) return beam;
+  beam.apparent_zenith_rad = a;
   if (rays.refracting() && model_.scene.atmosphere.refractive_spreading && true_zenith > 1e-6) {
     const double step = std::min(1e-5, 0.1 * a);
     bool below = false;
@@ -160,7 +160,7 @@ double MonteCarloSky::direct_beam(std::size_t w, double true_zenith, double* app
     }
     const double slope = 1 + (beyond - bending(a - step, below)) / (upper - a + step);
     const double n = rays.nr_km(h) / (model_.medium.earth_radius_km + h);
-    spread = n * n * std::sin(a) / std::sin(true_zenith) / slope;
+    beam.spreading = n * n * std::sin(a) / std::sin(true_zenith) / slope;
   }
   double depth = model_.medium.vertical_filter_optical_depth.empty()
                      ? 0
@@ -170,7 +170,8 @@ double MonteCarloSky::direct_beam(std::size_t w, double true_zenith, double* app
       depth += p.length_km * model_.medium.extinction_per_km(p.layer, w);
     }
   }
-  return spread * std::exp(-depth);
+  beam.transmittance = std::exp(-depth);
+  return beam;
 }
 
 void MonteCarloSky::find_direct_sun() {
@@ -178,9 +179,9 @@ void MonteCarloSky::find_direct_sun() {
   sun_transmittance_.assign(W, 0.0);
   apparent_elevation_rad_ = model_.sun_elevation_rad;
   for (std::size_t w = 0; w < W; ++w) {
-    double apparent = 0;
-    sun_transmittance_[w] = direct_beam(w, kPi / 2 - model_.sun_elevation_rad, &apparent);
-    if (w == W / 2) apparent_elevation_rad_ = kPi / 2 - apparent;
+    const DirectBeam beam = direct_beam(w, kPi / 2 - model_.sun_elevation_rad);
+    sun_transmittance_[w] = beam.transmittance;
+    if (w == W / 2) apparent_elevation_rad_ = kPi / 2 - beam.apparent_zenith_rad;
   }
 }
 
@@ -320,11 +321,11 @@ Irradiance MonteCarloSky::irradiance() const {
                : 0;
       const double zenith = std::clamp(kPi / 2 - model_.sun_elevation_rad + offset, 0.0, kPi);
       for (std::size_t w = 0; w < W; ++w) {
-        double apparent = 0;
-        const double beam = direct_beam(w, zenith, &apparent);
+        const DirectBeam beam = direct_beam(w, zenith);
         const double limb = disc ? world_.limb[w](std::sqrt(1 - area)) : 1;
-        result.direct[w] += model_.solar_irradiance[w] * beam * limb *
-                            std::max(0.0, std::cos(apparent)) / (rings * spokes);
+        result.direct[w] += model_.solar_irradiance[w] * beam.transmittance * beam.spreading *
+                            limb * std::max(0.0, std::cos(beam.apparent_zenith_rad)) /
+                            (rings * spokes);
       }
     }
   }

@@ -46,8 +46,7 @@ class MonteCarloSky : public Sky {
   /// the scene asks for it.
   Irradiance irradiance() const override;
   double apparent_sun_elevation_rad() const override { return apparent_elevation_rad_; }
-  /// Of the beam of the Sun's centre: irradiance normal to it over that outside, spreading
-  /// included.
+  /// Of the beam of the Sun's centre.
   std::vector<double> sun_transmittance() const override { return sun_transmittance_; }
   const RunSummary& summary() const override { return summary_; }
 
@@ -63,7 +62,10 @@ class MonteCarloSky : public Sky {
                    std::size_t last, std::size_t paths, Statistics& statistics) const;
   MonteCarloEstimate estimate_here(const ViewDirection& view) const;
   void find_direct_sun();
-  double direct_beam(std::size_t wavelength, double true_zenith_rad, double* apparent_rad) const;
+  struct DirectBeam {
+    double apparent_zenith_rad = 0, transmittance = 0, spreading = 1;
+  };
+  DirectBeam direct_beam(std::size_t wavelength, double true_zenith_rad) const;
 
   SceneModel model_;
   RunControl control_;

@@ -36,7 +36,7 @@ struct Source {
   std::vector<double> level_km;
   const ZenithGrid* zenith = nullptr;
   std::size_t aerosol_levels = 0;
-  int phase_degree = 0;  // of the moments that scatter
+  int phase_degree = 0;          // of the moments that scatter
   std::vector<T> coherency;      // [level][node][4][lane]
   std::vector<T> moments;        // [aerosol level][node][k][lane]
   std::vector<T> reference;      // [level][fine][lane]
@@ -65,7 +65,7 @@ std::vector<Direction> polar_directions(double radius_km, double altitude_km, in
   const double sine = std::min(1.0, radius_km / (radius_km + altitude_km));
   const double dip = std::acos(sine);  // of the horizon below the horizontal
   const bool limb = altitude_km > 1e-3;
-  const int down = std::max(2, count / 4), middle = limb ? std::max(2, count / 4) : 0;
+  const int down = std::max(2, count / 6), middle = limb ? std::max(2, 5 * count / 12) : 0;
   const int up = count - down - middle;
   for (const GaussNode& g : gauss_legendre(up, 0, 1)) {
     directions.push_back({std::acos(g.x * g.x), 2 * g.x * g.weight});
@@ -182,9 +182,9 @@ class Solver {
  private:
   std::size_t aerosol_levels(const std::vector<double>& levels) const {
     if (medium_.degree == 0) return 0;
-    // One level above the aerosol takes part in the interpolation.
+    // Levels above the aerosol take part in the interpolation, three where it is cubic.
     const auto above = std::ranges::lower_bound(levels, medium_.aerosol_top_km - 1e-9);
-    return std::min(static_cast<std::size_t>(above - levels.begin()) + 1, levels.size());
+    return std::min(static_cast<std::size_t>(above - levels.begin()) + 4, levels.size());
   }
 
   Incoming<T> empty() const {
@@ -197,7 +197,7 @@ class Solver {
   // Direct sunlight on levels finer than the field's, for it has edges; its moments are known.
   Source<T> beam_source() const {
     Source<T> source;
-    constexpr int kDivide = 3;
+    constexpr int kDivide = 6;
     for (std::size_t i = 0; i + 1 < levels_.size(); ++i) {
       for (int k = 0; k < kDivide; ++k) {
         source.level_km.push_back(levels_[i] + (levels_[i + 1] - levels_[i]) * k / kDivide);
@@ -388,7 +388,7 @@ class Solver {
     for (const Direction& direction :
          polar_directions(m.earth_radius_km, altitude, options_.polar_directions)) {
       sample_path(medium_.optics, source.level_km, altitude, direction.zenith_rad, max_angle_rad,
-                  path);
+                  source.beam ? SourceShape::kLinear : SourceShape::kCubic, path);
       std::fill(out.begin(), out.end(), T(0));
       GatherInput<T> gather;
       gather.pairs = pairs_;
@@ -444,7 +444,7 @@ class Solver {
           continue;
         }
         in.coherency = &source.coherency[at * source_nodes * 4 * lanes_];
-        if (weigh_aerosol(weight, a1, b1, a2, a3)) {
+        if (at < source.aerosol_levels && weigh_aerosol(weight, a1, b1, a2, a3)) {
           in.degree = std::max(2, source.phase_degree);
           in.phase_degree = source.phase_degree;
           in.stored_phase_degree = medium_.degree;
@@ -460,8 +460,9 @@ class Solver {
         }
         source_modes(in, modes.data());
         gather.stored_degree = in.degree;
-        gather.degree =
-            in.degree > 2 ? significant_degree(in, modes.data(), static_cast<T>(kNegligibleModeShare)) : in.degree;
+        gather.degree = in.degree > 2 ? significant_degree(in, modes.data(),
+                                                           static_cast<T>(kNegligibleModeShare))
+                                      : in.degree;
         gather_modes(gather, out.data());
       }
       if (path.hits_ground && options_.ground_light) {

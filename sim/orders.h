@@ -17,12 +17,12 @@ namespace twilight {
 
 /// Steps of the grids and what is modelled; see SolverOptions for ranges.
 struct OrdersOptions {
-  double zenith_step_deg = 0.5;
+  double zenith_step_deg = 1.0;
   int altitude_levels = 50;
-  int polar_directions = 24;
+  int polar_directions = 32;
   int azimuth_directions = 12;
-  int phase_degree = 8;
-  double order_tolerance = 1e-4;
+  int phase_degree = 16;
+  double order_tolerance = 1e-3;
   /// Scattering events, the one into the view included; unset: until order_tolerance, at most 500.
   std::optional<int> scattering_orders;
   bool polarised = true;

@@ -19,7 +19,7 @@ struct OrdersField {
   std::vector<double> wavelength_nm;     ///< [W]
   std::vector<double> altitude_km;       ///< levels, [Z], increasing from 0 to the top
   std::vector<double> solar_zenith_rad;  ///< nodes, [X], increasing from 0 to pi
-  double zenith_step_deg = 0.5;          ///< the grid's parameter that makes solar_zenith_rad
+  double zenith_step_deg = 1.0;          ///< the grid's parameter that makes solar_zenith_rad
   int phase_degree = 0;                  ///< L of aerosol_moments
   bool polarised = true;
   std::size_t aerosol_levels = 0;    ///< Za: levels 0..Za-1 carry aerosol moments

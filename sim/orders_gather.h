@@ -43,6 +43,7 @@ class OrdersGather {
   Spectrum view(double elevation_rad, double relative_azimuth_rad, Light light) const;
 
  private:
+  Spectrum along(const RayPath& ray, double azimuth, Light light) const;
   void add_single(const RayPath& ray, double azimuth, Light light, Spectrum& out) const;
   void add_multiple(const RayPath& ray, double azimuth, Spectrum& out) const;
   struct SunHere {
@@ -53,7 +54,13 @@ class OrdersGather {
   Inputs in_;
   std::size_t lanes_;
   ZenithGrid zenith_;
-  RefractedRays rays_;
+  // Colours bend differently: wavelengths [first, last) share the rays of one of them.
+  struct Colours {
+    std::size_t first, last;
+    RefractedRays rays;
+  };
+  std::vector<Colours> colours_;
+  std::size_t middle_ = 0;  // of colours_
   AerosolKinds kinds_;
   PhaseTable full_, truncated_;
   SunlitAir sunlit_;

@@ -273,8 +273,7 @@ HWY_INLINE void BeamPairs(D d, const BeamInput<T>& in, const T* HWY_RESTRICT fin
       const T ca = in.cos_sun[at] + f * (in.cos_sun[at + 1] - in.cos_sun[at]);
       const T sa = in.sin_sun[at] + f * (in.sin_sun[at + 1] - in.sin_sun[at]);
       const T along = sa * cos_azimuth[i];
-      const T c =
-          std::clamp(in.cos_theta * ca + in.sin_theta * along, T(-1), T(1));
+      const T c = std::clamp(in.cos_theta * ca + in.sin_theta * along, T(-1), T(1));
       const auto c2 = hn::Set(d, c * c);
       auto I = hn::MulAdd(anisotropic, hn::Add(hn::Set(d, T(1)), c2), isotropic);
       auto Q = hn::Mul(anisotropic, hn::Sub(c2, hn::Set(d, T(1))));

@@ -20,7 +20,7 @@ struct SourceModesInput {
   const T* air_weight = nullptr;
   /// Aerosol, or null: moments [node][k][lane] with k over I, E, B each by moment_index; the
   /// angular basis times (2 - delta_m0) / (4 pi); weighted expansion coefficients [l][lane].
-  int degree = 2;  ///< of the modes, >= 2
+  int degree = 2;               ///< of the modes, >= 2
   int phase_degree = 0;         ///< moments above it are left out
   int stored_phase_degree = 0;  ///< of `moments`, at least phase_degree
   const T* moments = nullptr;
@@ -67,7 +67,8 @@ template <class T>
 void gather_modes_scalar(const GatherInput<T>& in, T* out);
 
 /// Direct sunlight scattered once at a point, by whole phase functions instead of modes. Of
-/// `gather` the members about modes and nodes are unused; `reference` is the irradiance of the beam.
+/// `gather` the members about modes and nodes are unused; `reference` is the irradiance of the
+/// beam.
 template <class T>
 struct BeamInput {
   GatherInput<T> gather;

@@ -1,6 +1,7 @@
 #include "sim/orders_paths.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace twilight {
@@ -18,90 +19,184 @@ bool before(const Cut& a, const Cut& b) {
   return a.distance_km < b.distance_km || (a.distance_km == b.distance_km && a.sample > b.sample);
 }
 
-// (1 - exp(-x)) / x and (1 - (1 + x) exp(-x)) / x^2.
-void attenuated_means(double x, double e, double& h0, double& h1) {
-  if (x < 1e-3) {
-    h0 = 1 - x * (0.5 - x * (1.0 / 6 - x / 24));
-    h1 = 0.5 - x * (1.0 / 3 - x * (0.125 - x / 30));
+// Integrals over 0..1 of x^n exp(-depth x), n = 0..3.
+void attenuated_powers(double depth, double e, double m[4]) {
+  if (depth < 0.5) {
+    // sum over k of (-depth)^k / (k! (n + k + 1))
+    double term = 1;
+    for (int n = 0; n < 4; ++n) m[n] = 0;
+    for (int k = 0; k < 14; ++k) {
+      for (int n = 0; n < 4; ++n) m[n] += term / (n + k + 1);
+      term *= -depth / (k + 1);
+    }
     return;
   }
-  h0 = (1 - e) / x;
-  h1 = (1 - (1 + x) * e) / (x * x);
+  m[0] = (1 - e) / depth;
+  for (int n = 1; n < 4; ++n) m[n] = (n * m[n - 1] - e) / depth;
+}
+
+// Lagrange polynomials through up to four nodes, as coefficients of powers.
+struct Basis {
+  int count = 2;
+  std::array<std::size_t, 4> node{};                   ///< which sample each belongs to
+  std::array<std::array<double, 4>, 4> coefficient{};  ///< [polynomial][power]
+};
+
+Basis lagrange(std::span<const double> at) {
+  Basis basis;
+  basis.count = static_cast<int>(at.size());
+  for (std::size_t k = 0; k < at.size(); ++k) {
+    std::array<double, 4> c{1, 0, 0, 0};
+    double scale = 1;
+    for (std::size_t j = 0; j < at.size(); ++j) {
+      if (j == k) continue;
+      for (std::size_t n = 3; n > 0; --n) c[n] = c[n - 1] - at[j] * c[n];
+      c[0] *= -at[j];
+      scale *= at[k] - at[j];
+    }
+    for (double& x : c) x /= scale;
+    basis.coefficient[k] = c;
+  }
+  return basis;
+}
+
+// Polynomials for the stretch between samples k and k + 1 in u = 0..1 between them: cubic through
+// their neighbours too, where these are neither too near nor too far for it.
+Basis stretch_basis(const std::vector<double>& at, std::size_t k, bool cubic) {
+  const double span = at[k + 1] - at[k];
+  std::array<double, 4> nodes{};
+  std::array<std::size_t, 4> which{};
+  std::size_t count = 0;
+  const auto take = [&](std::size_t sample) {
+    nodes[count] = (at[sample] - at[k]) / span;
+    which[count++] = sample;
+  };
+  constexpr double kNearest = 0.15, kFurthest = 4;
+  const auto fits = [&](double gap) { return gap > kNearest * span && gap < kFurthest * span; };
+  if (cubic && k > 0 && fits(at[k] - at[k - 1])) take(k - 1);
+  take(k);
+  take(k + 1);
+  if (cubic && k + 2 < at.size() && fits(at[k + 2] - at[k + 1])) take(k + 2);
+  Basis basis = lagrange(std::span(nodes).first(count));
+  basis.node = which;
+  return basis;
+}
+
+// Levels about an altitude and their shares in what is there: cubic, or linear.
+void share_levels(std::span<const double> level_km, double altitude_km, bool cubic,
+                  std::array<int, 4>& level, std::array<double, 4>& share, int& count) {
+  const double z = std::clamp(altitude_km, level_km.front(), level_km.back());
+  const auto size = static_cast<std::ptrdiff_t>(level_km.size());
+  const auto above = std::ranges::upper_bound(level_km, z) - level_km.begin();
+  count = cubic && size >= 4 ? 4 : 2;
+  const std::ptrdiff_t first = std::clamp<std::ptrdiff_t>(above - count / 2, 0, size - count);
+  for (int k = 0; k < count; ++k) {
+    const auto i = static_cast<std::size_t>(k);
+    level[i] = static_cast<int>(first) + k;
+    share[i] = 1;
+    for (int j = 0; j < count; ++j) {
+      if (j == k) continue;
+      const double own = level_km[static_cast<std::size_t>(first + k)];
+      const double other = level_km[static_cast<std::size_t>(first + j)];
+      share[i] *= (z - other) / (own - other);
+    }
+  }
 }
 
 // Weights of the samples among the cuts, which are in order along the ray.
-void weigh(const PathOptics& optics, std::span<const double> level_km, const std::vector<Cut>& cuts,
-           SampledPath& path) {
+void weigh(const PathOptics& optics, std::span<const double> level_km, std::vector<Cut>& cuts,
+           SourceShape shape, SampledPath& path) {
   path.samples.clear();
   path.weight.clear();
+  const bool cubic = shape == SourceShape::kCubic;
   const std::size_t lanes = optics.lanes, columns = 1 + optics.kinds;
   path.ground_transmittance.assign(lanes, 1.0);
-  std::vector<double>& transmittance = path.ground_transmittance;
-  // Weights of the current sample pair, [end][column][lane].
-  path.scratch.assign(2 * columns * lanes, 0.0);
-  double* near = path.scratch.data();
-  double* far = near + columns * lanes;
-  const auto put = [&](const Cut& cut, const double* weights) {
-    if (std::all_of(weights, weights + columns * lanes, [](double x) { return x == 0; })) return;
-    const auto add = [&](int level, double share) {
-      path.samples.push_back({level, cut.angle_rad, cut.zenith_rad});
-      for (std::size_t i = 0; i < columns * lanes; ++i) path.weight.push_back(share * weights[i]);
-    };
-    if (cut.level >= 0) return add(cut.level, 1.0);
-    const double z = std::clamp(cut.altitude_km, level_km.front(), level_km.back());
-    const auto upper = std::ranges::upper_bound(level_km, z);
-    const auto hi = std::clamp<std::ptrdiff_t>(upper - level_km.begin(), 1,
-                                               static_cast<std::ptrdiff_t>(level_km.size()) - 1);
-    const auto i = static_cast<std::size_t>(hi);
-    const double f = (z - level_km[i - 1]) / (level_km[i] - level_km[i - 1]);
-    if (f < 1 - 1e-6) add(static_cast<int>(i) - 1, f > 1e-6 ? 1 - f : 1.0);
-    if (f > 1e-6) add(static_cast<int>(i), f < 1 - 1e-6 ? f : 1.0);
-  };
+  if (cuts.empty()) return;
+  // Samples at one place are one sample.
+  const double same = 1e-9 * (1 + cuts.back().distance_km);
+  std::vector<std::size_t> sample;  // cuts that are samples
+  std::vector<double> at;
+  for (std::size_t k = 0; k < cuts.size(); ++k) {
+    if (!cuts[k].sample) continue;
+    if (!sample.empty() && cuts[k].distance_km - at.back() < same) {
+      Cut& kept = cuts[sample.back()];
+      if (kept.level < 0) kept.level = cuts[k].level;
+      cuts[k].sample = false;
+      continue;
+    }
+    sample.push_back(k);
+    at.push_back(cuts[k].distance_km);
+  }
+  if (path.hits_ground) path.ground_angle_rad = cuts.back().angle_rad;
+  if (sample.size() < 2) return;
 
-  std::size_t a = 0;
-  while (a + 1 < cuts.size()) {
-    std::size_t b = a + 1;
-    while (!cuts[b].sample) ++b;
-    const double sa = cuts[a].distance_km, span = cuts[b].distance_km - sa;
-    for (std::size_t k = a; k < b; ++k) {
-      const double s1 = cuts[k].distance_km, s2 = cuts[k + 1].distance_km;
-      const double length = s2 - s1;
+  std::vector<double>& transmittance = path.ground_transmittance;
+  path.scratch.assign(sample.size() * columns * lanes, 0.0);
+  for (std::size_t j = 0; j + 1 < sample.size(); ++j) {
+    const Basis basis = stretch_basis(at, j, cubic);
+    const double span = at[j + 1] - at[j];
+    const std::size_t last = j + 2 < sample.size() ? sample[j + 1] : cuts.size() - 1;
+    for (std::size_t k = sample[j]; k < last; ++k) {
+      const double length = cuts[k + 1].distance_km - cuts[k].distance_km;
       if (!(length > 0)) continue;
       const double middle = 0.5 * (cuts[k].altitude_km + cuts[k + 1].altitude_km);
       const auto upper = std::ranges::upper_bound(optics.boundary_km, middle);
       const auto layer = static_cast<std::size_t>(
           std::clamp<std::ptrdiff_t>(upper - optics.boundary_km.begin() - 1, 0,
                                      static_cast<std::ptrdiff_t>(optics.boundary_km.size()) - 2));
-      const double u1 = (s1 - sa) / span, du = length / span;
+      // The polynomials in x = 0..1 along this piece.
+      const double u = (cuts[k].distance_km - at[j]) / span, du = length / span;
+      double piece[4][4];
+      for (int b = 0; b < basis.count; ++b) {
+        const auto& c = basis.coefficient[static_cast<std::size_t>(b)];
+        piece[b][0] = c[0] + u * (c[1] + u * (c[2] + u * c[3]));
+        piece[b][1] = du * (c[1] + u * (2 * c[2] + 3 * u * c[3]));
+        piece[b][2] = du * du * (c[2] + 3 * u * c[3]);
+        piece[b][3] = du * du * du * c[3];
+      }
       const double* extinction = &optics.extinction_per_km[layer * lanes];
       for (std::size_t w = 0; w < lanes; ++w) {
-        const double x = extinction[w] * length, e = std::exp(-x);
-        double h0, h1;
-        attenuated_means(x, e, h0, h1);
-        const double all = transmittance[w] * length * h0;
-        const double late = u1 * all + du * transmittance[w] * length * h1;
+        const double depth = extinction[w] * length, e = std::exp(-depth);
+        double m[4];
+        attenuated_powers(depth, e, m);
+        const double scale = transmittance[w] * length;
         transmittance[w] *= e;
         const double* scattering = &optics.scattering_per_km[layer * columns * lanes + w];
-        for (std::size_t q = 0; q < columns; ++q) {
-          if (q > 0 && optics.kind_present[layer * optics.kinds + q - 1] == 0) continue;
-          near[q * lanes + w] += scattering[q * lanes] * (all - late);
-          far[q * lanes + w] += scattering[q * lanes] * late;
+        for (int b = 0; b < basis.count; ++b) {
+          const double weight = scale * (piece[b][0] * m[0] + piece[b][1] * m[1] +
+                                         piece[b][2] * m[2] + piece[b][3] * m[3]);
+          double* out =
+              &path.scratch[basis.node[static_cast<std::size_t>(b)] * columns * lanes + w];
+          for (std::size_t q = 0; q < columns; ++q) {
+            if (q > 0 && optics.kind_present[layer * optics.kinds + q - 1] == 0) continue;
+            out[q * lanes] += scattering[q * lanes] * weight;
+          }
         }
       }
     }
-    put(cuts[a], near);
-    std::copy(far, far + columns * lanes, near);
-    std::fill(far, far + columns * lanes, 0.0);
-    a = b;
   }
-  if (cuts.size() > 1 && cuts.back().distance_km > 0) put(cuts[a], near);
-  if (path.hits_ground) path.ground_angle_rad = cuts.back().angle_rad;
+  for (std::size_t j = 0; j < sample.size(); ++j) {
+    const Cut& cut = cuts[sample[j]];
+    const double* weights = &path.scratch[j * columns * lanes];
+    if (std::all_of(weights, weights + columns * lanes, [](double x) { return x == 0; })) continue;
+    std::array<int, 4> level{cut.level};
+    std::array<double, 4> share{1.0};
+    int count = 1;
+    if (cut.level < 0) share_levels(level_km, cut.altitude_km, cubic, level, share, count);
+    for (std::size_t n = 0; n < static_cast<std::size_t>(count); ++n) {
+      if (std::abs(share[n]) < 1e-6) continue;
+      path.samples.push_back({level[n], cut.angle_rad, cut.zenith_rad});
+      for (std::size_t i = 0; i < columns * lanes; ++i) {
+        path.weight.push_back(share[n] * weights[i]);
+      }
+    }
+  }
 }
 
 }  // namespace
 
 void sample_path(const PathOptics& optics, std::span<const double> level_km, double altitude_km,
-                 double zenith_rad, double max_angle_rad, SampledPath& path) {
+                 double zenith_rad, double max_angle_rad, SourceShape shape, SampledPath& path) {
   const double R = optics.earth_radius_km;
   const double r0 = R + altitude_km;
   const double c = std::cos(zenith_rad), s = std::sin(zenith_rad);
@@ -164,11 +259,11 @@ void sample_path(const PathOptics& optics, std::span<const double> level_km, dou
     cut.angle_rad = angle_at(cut.distance_km);
     cut.zenith_rad = zenith_rad - cut.angle_rad;
   }
-  weigh(optics, level_km, cuts, path);
+  weigh(optics, level_km, cuts, shape, path);
 }
 
 void sample_path(const PathOptics& optics, std::span<const double> level_km, const RayPath& ray,
-                 double max_angle_rad, SampledPath& path) {
+                 double max_angle_rad, SourceShape shape, SampledPath& path) {
   std::vector<Cut> cuts;
   double distance = 0;
   const auto push = [&](const PathPiece& piece, double f, int level, bool sample) {
@@ -215,7 +310,7 @@ void sample_path(const PathOptics& optics, std::span<const double> level_km, con
     if (!cuts[k].sample && cuts[k + 1].angle_rad - last > max_angle_rad) cuts[k].sample = true;
     if (cuts[k].sample) last = cuts[k].angle_rad;
   }
-  weigh(optics, level_km, cuts, path);
+  weigh(optics, level_km, cuts, shape, path);
 }
 
 }  // namespace twilight

@@ -18,10 +18,14 @@ struct PathSample {
   double zenith_rad = 0;         ///< of the look direction, at the point
 };
 
+/// How the source runs between the samples of a ray. Light already scattered is smooth: kCubic
+/// through four neighbours; direct sunlight has edges: kLinear.
+enum class SourceShape { kLinear, kCubic };
+
 /// Weights of the scattering coefficients along one ray: the integral over the ray of
 /// exp(-optical depth) times the coefficient times the source is the sum over samples of weight
 /// times source at the sample. Weights are exact for a source that is linear along
-/// the ray between neighbouring samples.
+/// the ray between neighbouring samples, or cubic, as SourceShape says.
 struct SampledPath {
   std::vector<PathSample> samples;
   /// [sample][1 + kinds][lane]: of the air, then of each kind of aerosol.
@@ -46,10 +50,10 @@ struct PathOptics {
 /// boundary, with a sample at every level it crosses, at its perigee, and no further
 /// apart than max_angle_rad of central angle. `level_km` increases from 0 to the top.
 void sample_path(const PathOptics& optics, std::span<const double> level_km, double altitude_km,
-                 double zenith_rad, double max_angle_rad, SampledPath& path);
+                 double zenith_rad, double max_angle_rad, SourceShape shape, SampledPath& path);
 
 /// The same for a refracted ray.
 void sample_path(const PathOptics& optics, std::span<const double> level_km, const RayPath& ray,
-                 double max_angle_rad, SampledPath& path);
+                 double max_angle_rad, SourceShape shape, SampledPath& path);
 
 }  // namespace twilight

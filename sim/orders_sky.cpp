@@ -11,6 +11,8 @@
 #include <stdexcept>
 
 #include "sim/gauss_legendre.h"
+#include "sim/sun_disc_profile.h"
+#include "solar/limb_darkening.h"
 
 namespace twilight {
 namespace {
@@ -133,7 +135,6 @@ void OrdersSky::prepare(const RunControl& control) {
   gather_ = std::make_unique<OrdersGather>(in);
 
   sun_transmittance_.assign(m.wavelengths(), 0.0);
-  truncated_transmittance_.assign(m.wavelengths(), 0.0);
   apparent_elevation_rad_ = model_.sun_elevation_rad;
   std::vector<double> path(m.layers());
   for (std::size_t w = 0; w < m.wavelengths(); ++w) {
@@ -145,8 +146,6 @@ void OrdersSky::prepare(const RunControl& control) {
     const double filter =
         m.vertical_filter_optical_depth.empty() ? 0.0 : m.vertical_filter_optical_depth[w];
     sun_transmittance_[w] = std::exp(-slant_optical_depth(m, w, path) - filter);
-    truncated_transmittance_[w] =
-        std::exp(-slant_optical_depth(optics_.truncated, w, path) - filter);
     if (w == m.wavelengths() / 2) apparent_elevation_rad_ = pi / 2 - *apparent;
   }
 }
@@ -215,14 +214,35 @@ Irradiance OrdersSky::irradiance() const {
   Irradiance result{std::vector<double>(W), std::vector<double>(W)};
   const double height_km = model_.scene.observer.height_m * 1e-3;
   const double zenith = pi / 2 - model_.sun_elevation_rad;
-  double sine = std::max(0.0, std::sin(apparent_elevation_rad_));
-  if (model_.scene.atmosphere.refractive_spreading) sine *= sunlight_->spreading(height_km, zenith);
+  std::vector<double> path(model_.medium.layers());
   for (std::size_t w = 0; w < W; ++w) {
-    for (std::size_t k = 0; k < views.size(); ++k)
+    for (std::size_t k = 0; k < views.size(); ++k) {
       result.diffuse[w] += weight[k] * sky.i[k * W + w];
-    result.direct[w] = model_.solar_irradiance[w] * sun_transmittance_[w] * sine;
-    result.diffuse[w] += std::max(
-        0.0, model_.solar_irradiance[w] * truncated_transmittance_[w] * sine - result.direct[w]);
+    }
+    // Irradiance of the beam with the true extinction and the truncated one, over the disc.
+    const RefractedRays rays(model_.medium, w);
+    const double filter = model_.medium.vertical_filter_optical_depth.empty()
+                              ? 0.0
+                              : model_.medium.vertical_filter_optical_depth[w];
+    double direct = 0, truncated = 0;
+    const double radius = kSunAngularRadiusRad / model_.sun_distance_au;
+    constexpr int kStrips = 12;
+    for (const GaussNode& strip : options_.disc_average ? disc_strips(wavelength_nm()[w], kStrips)
+                                                        : std::vector<GaussNode>{{0.0, 1.0}}) {
+      const double chi = std::clamp(zenith + strip.x * radius, 0.0, pi);
+      const auto apparent = rays.apparent_zenith_rad(height_km, chi);
+      if (!apparent) continue;
+      if (rays.trace_outward(height_km, *apparent, path).hits_ground) continue;
+      double light = strip.weight * model_.solar_irradiance[w] *
+                     std::max(0.0, std::cos(*apparent)) * std::exp(-filter);
+      if (model_.scene.atmosphere.refractive_spreading) {
+        light *= sunlight_->spreading(height_km, chi);
+      }
+      direct += light * std::exp(-slant_optical_depth(model_.medium, w, path));
+      truncated += light * std::exp(-slant_optical_depth(optics_.truncated, w, path));
+    }
+    result.direct[w] = direct;
+    result.diffuse[w] += std::max(0.0, truncated - direct);
   }
   return result;
 }

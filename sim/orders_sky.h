@@ -46,7 +46,7 @@ class OrdersSky : public Sky {
   std::unique_ptr<DirectSunlight> sunlight_;
   std::unique_ptr<OrdersGather> gather_;
   double apparent_elevation_rad_ = 0;
-  std::vector<double> sun_transmittance_, truncated_transmittance_;
+  std::vector<double> sun_transmittance_;
   RunSummary summary_;
   struct Arena;
   std::unique_ptr<Arena> arena_;

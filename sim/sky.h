@@ -54,7 +54,8 @@ class Sky {
   }
   virtual Irradiance irradiance() const = 0;
   /// Apparent (refracted) elevation of the Sun's centre, rad, and transmittance of
-  /// the direct beam per wavelength (0 behind the Earth).
+  /// the direct beam per wavelength (0 behind the Earth), refractive spreading apart: that flattens
+  /// the disc and leaves its radiance alone.
   virtual double apparent_sun_elevation_rad() const = 0;
   virtual std::vector<double> sun_transmittance() const = 0;
   virtual const RunSummary& summary() const = 0;

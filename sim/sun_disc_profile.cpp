@@ -25,6 +25,15 @@ double strip(const LimbDarkening& limb, double x) {
 
 }  // namespace
 
+std::vector<GaussNode> disc_strips(double wavelength_nm, int strips) {
+  const LimbDarkening limb(wavelength_nm);
+  std::vector<GaussNode> nodes = gauss_legendre(strips, -1, 1);
+  double sum = 0;
+  for (GaussNode& g : nodes) sum += g.weight *= strip(limb, g.x);
+  for (GaussNode& g : nodes) g.weight /= sum;
+  return nodes;
+}
+
 void average_over_disc(std::span<const double> wavelength_nm, double sun_distance_au,
                        std::size_t lanes, std::size_t end, std::span<float> value) {
   const double radius_deg = kSunAngularRadiusRad / sun_distance_au * 180 / std::numbers::pi;
@@ -34,19 +43,15 @@ void average_over_disc(std::span<const double> wavelength_nm, double sun_distanc
   const std::size_t taps = 2 * static_cast<std::size_t>(reach) + 1;
   std::vector<float> weight(taps * lanes, 0.0F);
   for (std::size_t w = 0; w < wavelength_nm.size(); ++w) {
-    const LimbDarkening limb(wavelength_nm[w]);
     std::vector<double> exact(taps, 0.0);
-    double sum = 0;
-    for (const GaussNode& g : gauss_legendre(64, -1, 1)) {
-      const double light = g.weight * strip(limb, g.x);
+    for (const GaussNode& g : disc_strips(wavelength_nm[w], 64)) {
       const double at = g.x * radius + reach;
       const double low = std::floor(at), f = at - low;
-      exact[static_cast<std::size_t>(low)] += light * (1 - f);
-      exact[static_cast<std::size_t>(low) + 1] += light * f;
-      sum += light;
+      exact[static_cast<std::size_t>(low)] += g.weight * (1 - f);
+      exact[static_cast<std::size_t>(low) + 1] += g.weight * f;
     }
     for (std::size_t k = 0; k < taps; ++k) {
-      weight[k * lanes + w] = static_cast<float>(exact[k] / sum);
+      weight[k * lanes + w] = static_cast<float>(exact[k]);
     }
   }
   const auto last = static_cast<std::ptrdiff_t>(std::lround(180 / ZenithGrid::kFineStep_deg));

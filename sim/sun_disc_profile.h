@@ -3,8 +3,15 @@
 
 #include <cstddef>
 #include <span>
+#include <vector>
+
+#include "sim/gauss_legendre.h"
 
 namespace twilight {
+
+/// The disc as strips of equal zenith angle: x in solar radii, -1..1, and the share of the disc's
+/// light, which sums to 1.
+std::vector<GaussNode> disc_strips(double wavelength_nm, int strips);
 
 /// Averages a quantity given for a point Sun over the limb-darkened disc: every value on the fine
 /// zenith scale of ZenithGrid becomes the mean over the disc's strips of equal zenith angle,
