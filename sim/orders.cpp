@@ -26,8 +26,9 @@ constexpr double kDark = 1e-30;
 // Azimuthal modes of a source below this share of its mean are left out: far below the
 // quadratures' errors, and most of the work with aerosols.
 constexpr double kNegligibleModeShare = 1e-4;
-// Degree to which light scattered twice or more is scattered on.
-constexpr int kSmoothDegree = 8;
+// Degrees to which light scattered once, and twice or more, is scattered on between the field's
+// points; the last scattering, into the view, has all.
+constexpr int kFirstDegree = 16, kSmoothDegree = 8;
 
 // The light that is scattered next, on levels of altitude and nodes of solar zenith angle, relative
 // to a reference that falls as steeply as the light itself.
@@ -65,7 +66,7 @@ std::vector<Direction> polar_directions(double radius_km, double altitude_km, in
   const double sine = std::min(1.0, radius_km / (radius_km + altitude_km));
   const double dip = std::acos(sine);  // of the horizon below the horizontal
   const bool limb = altitude_km > 1e-3;
-  const int down = std::max(2, count / 6), middle = limb ? std::max(2, 5 * count / 12) : 0;
+  const int down = std::max(4, count / 6), middle = limb ? std::max(2, 5 * count / 12) : 0;
   const int up = count - down - middle;
   for (const GaussNode& g : gauss_legendre(up, 0, 1)) {
     directions.push_back({std::acos(g.x * g.x), 2 * g.x * g.weight});
@@ -278,7 +279,7 @@ class Solver {
   // Light of order 1 still carries the aerosol's forward scattering; later ones are smooth.
   Source<T> light_source(const Incoming<T>& light, int order) const {
     Source<T> source;
-    source.phase_degree = order == 1 ? medium_.degree : std::min(medium_.degree, kSmoothDegree);
+    source.phase_degree = std::min(medium_.degree, order == 1 ? kFirstDegree : kSmoothDegree);
     source.level_km = levels_;
     source.zenith = &zenith_;
     source.aerosol_levels = aerosol_levels_;
@@ -297,7 +298,8 @@ class Solver {
         for (std::size_t w = 0; w < lanes_; ++w) {
           const double xx = C[w], yy = C[lanes_ + w], zz = C[2 * lanes_ + w];
           const double sum = xx + yy + zz;
-          if (!(sum > kDark)) continue;
+          // Cubic paths may leave a trace of either sign where it is all but dark.
+          if (!(sum > kDark) || std::min({xx, yy, zz}) < 0) continue;
           trace[j * lanes_ + w] = sum;
           put_coherency(out + w, w, xx / sum, yy / sum, zz / sum, C[3 * lanes_ + w] / sum);
         }

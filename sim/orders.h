@@ -20,8 +20,8 @@ struct OrdersOptions {
   double zenith_step_deg = 1.0;
   int altitude_levels = 50;
   int polar_directions = 32;
-  int azimuth_directions = 12;
-  int phase_degree = 16;
+  int azimuth_directions = 16;
+  int phase_degree = 24;
   double order_tolerance = 1e-3;
   /// Scattering events, the one into the view included; unset: until order_tolerance, at most 500.
   std::optional<int> scattering_orders;

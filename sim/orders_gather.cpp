@@ -8,6 +8,7 @@
 
 #include "sim/angular_moments.h"
 #include "sim/orders_kernel.h"
+#include "sim/piece_point.h"
 
 namespace twilight {
 namespace {
@@ -100,7 +101,8 @@ OrdersGather::OrdersGather(const Inputs& inputs)
         const float* C = &field.coherency[(i * nodes + j) * 4 * W + w];
         const double xx = C[0], yy = C[W], zz = C[2 * W];
         const double sum = xx + yy + zz;
-        if (!(sum > kDark)) continue;
+        // Cubic paths may leave a trace of either sign where it is all but dark.
+        if (!(sum > kDark) || std::min({xx, yy, zz}) < 0) continue;
         trace[j * W + w] = sum;
         const double share = in_.optics->anisotropic_share[w] / sum, mean = (1 - share * sum) / 3;
         float* out = &coherency_[(i * nodes + j) * 4 * lanes_ + w];
@@ -149,9 +151,7 @@ void OrdersGather::add_single(const RayPath& ray, double azimuth, Light light,
     const double* extinction = &optics.extinction_per_km[piece.layer * lanes_];
     for (int k = 0; k < steps; ++k) {
       const double f = (k + 0.5) / steps;
-      const double altitude = std::lerp(piece.start_altitude_km, piece.end_altitude_km, f);
-      const double psi = std::lerp(piece.start_angle_rad, piece.end_angle_rad, f);
-      const double theta = std::lerp(piece.start_zenith_rad, piece.end_zenith_rad, f);
+      const auto [altitude, psi, theta] = point_on(piece, f, optics.earth_radius_km);
       const SunHere sun = sun_at(psi, azimuth);
       const bool lit = sunlit_.beam(altitude, sun.zenith_rad, beam.data());
       double cos_scatter = 1, cos_2a = 1, sin_2a = 0;

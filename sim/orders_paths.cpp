@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "sim/piece_point.h"
+
 namespace twilight {
 namespace {
 
@@ -267,10 +269,9 @@ void sample_path(const PathOptics& optics, std::span<const double> level_km, con
   std::vector<Cut> cuts;
   double distance = 0;
   const auto push = [&](const PathPiece& piece, double f, int level, bool sample) {
-    cuts.push_back({distance + f * piece.length_km, level, sample,
-                    std::lerp(piece.start_altitude_km, piece.end_altitude_km, f),
-                    std::lerp(piece.start_angle_rad, piece.end_angle_rad, f),
-                    std::lerp(piece.start_zenith_rad, piece.end_zenith_rad, f)});
+    const PiecePoint at = point_on(piece, f, optics.earth_radius_km);
+    cuts.push_back({distance + f * piece.length_km, level, sample, at.altitude_km, at.angle_rad,
+                    at.zenith_rad});
   };
   for (std::size_t k = 0; k < ray.pieces.size(); ++k) {
     const PathPiece& piece = ray.pieces[k];
@@ -283,8 +284,8 @@ void sample_path(const PathOptics& optics, std::span<const double> level_km, con
     const std::size_t first = cuts.size();
     for (auto level = low; level != high; ++level) {
       if (z1 == z0) break;
-      const double f = (*level - z0) / (z1 - z0);
-      push(piece, std::clamp(f, 0.0, 1.0), static_cast<int>(level - level_km.begin()), true);
+      push(piece, share_at(piece, *level, optics.earth_radius_km),
+           static_cast<int>(level - level_km.begin()), true);
     }
     if (z1 < z0) std::reverse(cuts.begin() + static_cast<std::ptrdiff_t>(first), cuts.end());
     const int parts = static_cast<int>(

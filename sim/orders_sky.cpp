@@ -10,6 +10,7 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "sim/angular_moments.h"
 #include "sim/gauss_legendre.h"
 #include "sim/sun_disc_profile.h"
 #include "solar/limb_darkening.h"
@@ -72,9 +73,15 @@ OrdersSky::OrdersSky(const SceneModel& model, std::shared_ptr<const OrdersField>
     if (field_) {
       const OrdersField& f = *field_;
       const std::size_t nodes = f.solar_zenith_rad.size();
+      const std::size_t moments =
+          optics_.degree > 0 ? (options_.polarised ? 3 : 1) * moment_count(optics_.degree) : 0;
+      const bool whole_aerosol =
+          optics_.degree == 0 ||
+          (f.aerosol_levels > 0 && f.aerosol_levels <= f.altitude_km.size() &&
+           f.altitude_km[f.aerosol_levels - 1] >= optics_.aerosol_top_km - 1e-9);
       if (f.wavelength_nm != model_.medium.wavelength_nm || f.altitude_km.empty() ||
           f.altitude_km.back() != model_.medium.top_km() || f.phase_degree != optics_.degree ||
-          f.polarised != options_.polarised ||
+          f.polarised != options_.polarised || f.moments_per_node != moments || !whole_aerosol ||
           f.coherency.size() != f.altitude_km.size() * nodes * 4 * W ||
           f.aerosol_moments.size() != f.aerosol_levels * nodes * f.moments_per_node * W ||
           f.ground_irradiance.size() != nodes * W ||

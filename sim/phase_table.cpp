@@ -34,8 +34,8 @@ Elements over_disc(const std::function<Elements(double)>& point, const LimbDarke
   constexpr int kAround = 12;
   Elements mean{0, 0};
   for (const GaussNode& g : radial) {
-    const double rho = std::sqrt(g.x);  // uniform in area
-    const double weight = g.weight * limb(std::sqrt(1 - g.x)) / kAround;
+    const double rho = std::sqrt(1 - g.x * g.x);  // g.x is mu, in which the darkening is smooth
+    const double weight = 2 * g.weight * g.x * limb(g.x) / kAround;
     for (int k = 0; k < kAround; ++k) {
       const double phi = 2 * pi * (k + 0.5) / kAround;
       const double x = angle + radius_rad * rho * std::cos(phi);
@@ -76,7 +76,7 @@ PhaseTable::PhaseTable(const AerosolKinds& kinds, const OrdersMedium& medium,
           return {sum * (1 - phase.peak[w]), 0.0};
         }
         if (q < kinds.phase.size()) return in_table(*kinds.phase[q][w], angle);
-        return {4 * pi * henyey_greenstein(kinds.asymmetry[q][w], std::cos(angle)), 0.0};
+        return {4 * pi * henyey_greenstein(std::cos(angle), kinds.asymmetry[q][w]), 0.0};
       };
       for (std::size_t k = 0; k < kNodes; ++k) {
         const double t = static_cast<double>(k) / (kNodes - 1);

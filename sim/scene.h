@@ -121,8 +121,8 @@ struct SolverOptions {
   double zenith_step_deg = 1.0;   ///< solar zenith step about the terminator, 0.1..3
   int altitude_levels = 50;       ///< levels of the field, 4..400
   int polar_directions = 32;      ///< incoming directions in zenith angle, 8..128
-  int azimuth_directions = 12;    ///< and in azimuth over half a turn, 4..64
-  int phase_degree = 16;          ///< of the aerosol phase function in multiple scattering, 2..64
+  int azimuth_directions = 16;    ///< and in azimuth over half a turn, 4..64
+  int phase_degree = 24;          ///< of the aerosol phase function in multiple scattering, 2..64
   double order_tolerance = 1e-3;  ///< stop when the orders left add less, relative, 1e-8..0.1
   bool single_precision = true;   ///< the field in float; false = double
 

@@ -44,8 +44,14 @@ void average_over_disc(std::span<const double> wavelength_nm, double sun_distanc
   std::vector<float> weight(taps * lanes, 0.0F);
   for (std::size_t w = 0; w < wavelength_nm.size(); ++w) {
     std::vector<double> exact(taps, 0.0);
-    for (const GaussNode& g : disc_strips(wavelength_nm[w], 64)) {
-      const double at = g.x * radius + reach;
+    const std::vector<GaussNode> strips = disc_strips(wavelength_nm[w], 64);
+    double square = 0;
+    for (const GaussNode& g : strips) square += g.weight * g.x * g.x * radius * radius;
+    // Sharing light between two steps spreads it, by 1/6 of their square: the disc is shrunk by as
+    // much, so that a parabola is averaged exactly too.
+    const double shrunk = radius * std::sqrt(std::max(0.0, 1 - 1 / (6 * square)));
+    for (const GaussNode& g : strips) {
+      const double at = g.x * shrunk + reach;
       const double low = std::floor(at), f = at - low;
       exact[static_cast<std::size_t>(low)] += g.weight * (1 - f);
       exact[static_cast<std::size_t>(low) + 1] += g.weight * f;

@@ -75,7 +75,8 @@ std::vector<Beam> random_beams(int count) {
   std::vector<Beam> beams;
   for (int k = 0; k < count; ++k) {
     const double i = 0.2 + unit(random), p = i * unit(random), angle = 2 * pi * unit(random);
-    beams.push_back({std::acos(2 * unit(random) - 1), pi * unit(random),
+    beams.push_back({std::acos(2 * unit(random) - 1),
+                     pi * unit(random),
                      {i, p * std::cos(angle), p * std::sin(angle)}});
   }
   return beams;

@@ -69,6 +69,7 @@ void source_modes_agree(const Case& c) {
              a2 = random.values(rows * lanes), a3 = random.values(rows * lanes);
   if (phase_degree > 0) {
     in.phase_degree = phase_degree;
+    in.stored_phase_degree = phase_degree;
     in.moments = moments.data();
     in.p = p.data();
     in.r = r.data();
@@ -78,9 +79,8 @@ void source_modes_agree(const Case& c) {
     in.a2 = a2.data();
     in.a3 = a3.data();
   }
-  std::vector<T> simd(in.nodes * (polarised ? 3 : 1) * static_cast<std::size_t>(in.degree + 1) *
-                          lanes,
-                      T(99));
+  std::vector<T> simd(
+      in.nodes * (polarised ? 3 : 1) * static_cast<std::size_t>(in.degree + 1) * lanes, T(99));
   std::vector<T> scalar = simd;
   source_modes(in, simd.data());
   source_modes_scalar(in, scalar.data());
@@ -109,7 +109,8 @@ struct Gather {
       cos_phi[i] = static_cast<T>(std::cos(phi));
       sin_phi[i] = static_cast<T>(std::sin(phi));
     }
-    const std::size_t stokes = polarised ? 3 : 1, row = static_cast<std::size_t>(degree + 1) * lanes;
+    const std::size_t stokes = polarised ? 3 : 1,
+                      row = static_cast<std::size_t>(degree + 1) * lanes;
     const auto amplitude = random.values(stokes * row), phase = random.values(stokes * row, 0, 6);
     for (std::size_t j = 0; j < grid.size(); ++j) {
       for (std::size_t k = 0; k < stokes * row; ++k) {
@@ -133,6 +134,7 @@ struct Gather {
     in.lanes = lanes;
     in.polarised = polarised;
     in.degree = degree;
+    in.stored_degree = degree;
     in.nodes = grid.size();
     in.modes = modes.data();
     in.fine_position = grid.fine_position().data();
@@ -159,6 +161,146 @@ void gather_modes_agree(const Case& c) {
     gather_modes_scalar(gather.in, scalar.data());
     // The azimuth turns fast where the Sun is near the zenith: m / sin(chi) times rounding.
     expect_same(simd, scalar, sizeof(T) == 4 ? 1e-3 : 1e-7);
+  }
+}
+
+// Single scattering of the beam by air and two kinds of aerosol.
+template <class T>
+void gather_beam_agrees(const Case& c) {
+  const auto [lane_count, polarised, phase_degree] = c;
+  const auto lanes = static_cast<std::size_t>(lane_count);
+  Gather<T> gather(lanes, polarised, 2);
+  Random<T> random;
+  BeamInput<T> in;
+  in.kinds = phase_degree > 0 ? 2 : 0;
+  in.phase_nodes = 201;
+  std::vector<T> cos_sun, sin_sun, phase;
+  for (std::size_t k = 0; k < ZenithGrid::kFineSize; ++k) {
+    const double chi = static_cast<double>(k) * ZenithGrid::kFineStep_deg * pi / 180;
+    const double apparent = chi - 0.01 * std::sin(chi);
+    cos_sun.push_back(static_cast<T>(std::cos(apparent)));
+    sin_sun.push_back(static_cast<T>(std::sin(apparent)));
+  }
+  const auto amplitude = random.values(2 * 2 * lanes);
+  for (std::size_t q = 0; q < 2; ++q) {
+    for (std::size_t k = 0; k < in.phase_nodes; ++k) {
+      const double x = 2 * static_cast<double>(k) / static_cast<double>(in.phase_nodes - 1) - 1;
+      for (std::size_t i = 0; i < 2 * lanes; ++i) {
+        phase.push_back(static_cast<T>(static_cast<double>(amplitude[q * 2 * lanes + i]) *
+                                       (i < lanes ? std::exp(x) : 1 - x * x)));
+      }
+    }
+  }
+  const auto air = random.values(lanes, 0, 1), share = random.values(lanes, 0.9, 1),
+             kind_weight = random.values(2 * lanes, 0, 1);
+  in.cos_theta = static_cast<T>(std::cos(1.9));
+  in.sin_theta = static_cast<T>(std::sin(1.9));
+  in.cos_sun = cos_sun.data();
+  in.sin_sun = sin_sun.data();
+  in.air_weight = air.data();
+  in.anisotropic_share = share.data();
+  in.kind_weight = kind_weight.data();
+  in.phase = phase.data();
+  for (const double psi : {1e-3, 0.05, 0.3}) {
+    gather.move(psi);
+    in.gather = gather.in;
+    std::vector<T> simd(gather.pairs * (polarised ? 3 : 1) * lanes, T(0.25));
+    std::vector<T> scalar = simd;
+    gather_beam(in, simd.data());
+    gather_beam_scalar(in, scalar.data());
+    expect_same(simd, scalar, sizeof(T) == 4 ? 1e-3 : 1e-7);
+  }
+}
+
+// Leaving modes out is the same as their being 0.
+template <class T>
+void fewer_modes_agree(const Case& c) {
+  const auto [lanes, polarised, phase_degree] = c;
+  if (phase_degree < 3) return;
+  Gather<T> gather(static_cast<std::size_t>(lanes), polarised, phase_degree);
+  gather.move(0.1);
+  const int kept = phase_degree - 1;
+  const std::size_t row = gather.lanes, stored = static_cast<std::size_t>(phase_degree) + 1;
+  for (std::size_t k = 0; k < gather.modes.size(); ++k) {
+    if (k / row % stored > static_cast<std::size_t>(kept)) gather.modes[k] = 0;
+  }
+  std::vector<T> all(gather.pairs * (polarised ? 3 : 1) * gather.lanes, T(0)), some = all;
+  gather_modes(gather.in, all.data());
+  gather.in.degree = kept;
+  gather_modes(gather.in, some.data());
+  expect_same(some, all, 10 * kRounding<T>);
+}
+
+// Moments above the degree that scatters are stored but not looked at.
+template <class T>
+void moments_above_the_degree_are_skipped(const Case& c) {
+  const auto [lane_count, polarised, phase_degree] = c;
+  if (phase_degree < 3) return;
+  const auto lanes = static_cast<std::size_t>(lane_count);
+  Random<T> random;
+  SourceModesInput<T> in;
+  in.nodes = 4;
+  in.lanes = lanes;
+  in.polarised = polarised;
+  in.cos_theta = static_cast<T>(std::cos(2.0));
+  in.sin_theta = static_cast<T>(std::sin(2.0));
+  const std::size_t stored = moment_count(phase_degree), used = moment_count(phase_degree - 1);
+  const auto coherency = random.values(in.nodes * 4 * lanes), air = random.values(lanes, 0, 1);
+  const auto p = random.values(stored), r = random.values(stored), t = random.values(stored);
+  const std::size_t rows = static_cast<std::size_t>(phase_degree) + 1, fields = polarised ? 3 : 1;
+  const auto a1 = random.values(rows * lanes), b1 = random.values(rows * lanes),
+             a2 = random.values(rows * lanes), a3 = random.values(rows * lanes);
+  const auto all = random.values(in.nodes * fields * stored * lanes);
+  std::vector<T> few;
+  for (std::size_t block = 0; block < in.nodes * fields; ++block) {
+    const auto from = all.begin() + static_cast<std::ptrdiff_t>(block * stored * lanes);
+    few.insert(few.end(), from, from + static_cast<std::ptrdiff_t>(used * lanes));
+  }
+  in.coherency = coherency.data();
+  in.air_weight = air.data();
+  in.p = p.data();
+  in.r = r.data();
+  in.t = t.data();
+  in.a1 = a1.data();
+  in.b1 = b1.data();
+  in.a2 = a2.data();
+  in.a3 = a3.data();
+  in.degree = in.phase_degree = phase_degree - 1;
+  std::vector<T> long_rows(in.nodes * fields * static_cast<std::size_t>(in.degree + 1) * lanes);
+  std::vector<T> short_rows = long_rows, scalar = long_rows;
+  in.moments = all.data();
+  in.stored_phase_degree = phase_degree;
+  source_modes(in, long_rows.data());
+  source_modes_scalar(in, scalar.data());
+  in.moments = few.data();
+  in.stored_phase_degree = phase_degree - 1;
+  source_modes(in, short_rows.data());
+  EXPECT_EQ(long_rows, short_rows);
+  expect_same(scalar, short_rows, 10 * kRounding<T>);
+}
+
+template <class T>
+void significant_degree_finds_the_last_mode(const Case& c) {
+  const auto [lane_count, polarised, phase_degree] = c;
+  const auto lanes = static_cast<std::size_t>(lane_count);
+  SourceModesInput<T> in;
+  in.nodes = 5;
+  in.lanes = lanes;
+  in.polarised = polarised;
+  in.degree = std::max(2, phase_degree);
+  in.phase_degree = phase_degree;
+  const std::size_t rows = static_cast<std::size_t>(in.degree) + 1, stokes = polarised ? 3 : 1;
+  for (std::size_t last = 0; last < rows; ++last) {
+    std::vector<T> modes(in.nodes * stokes * rows * lanes, T(0));
+    for (std::size_t j = 0; j < in.nodes; ++j) {
+      for (std::size_t w = 0; w < lanes; ++w) modes[j * stokes * rows * lanes + w] = T(2);
+    }
+    // One node, one lane, the last of the Stokes parameters.
+    modes[((3 * stokes + stokes - 1) * rows + last) * lanes + lanes - 1] = T(0.5);
+    EXPECT_EQ(significant_degree(in, modes.data(), T(0.1)),
+              std::max<int>(2, static_cast<int>(last)))
+        << "last mode " << last;
+    EXPECT_EQ(significant_degree(in, modes.data(), T(0.3)), 2) << "last mode " << last;
   }
 }
 
@@ -238,6 +380,26 @@ TEST_P(OrdersKernels, GatherModesIsTheScalarOne) {
   gather_modes_agree<double>(GetParam());
 }
 
+TEST_P(OrdersKernels, GatherBeamIsTheScalarOne) {
+  gather_beam_agrees<float>(GetParam());
+  gather_beam_agrees<double>(GetParam());
+}
+
+TEST_P(OrdersKernels, ModesLeftOutAreZeros) {
+  fewer_modes_agree<float>(GetParam());
+  fewer_modes_agree<double>(GetParam());
+}
+
+TEST_P(OrdersKernels, MomentsAboveTheDegreeAreSkipped) {
+  moments_above_the_degree_are_skipped<float>(GetParam());
+  moments_above_the_degree_are_skipped<double>(GetParam());
+}
+
+TEST_P(OrdersKernels, SignificantDegreeFindsTheLastMode) {
+  significant_degree_finds_the_last_mode<float>(GetParam());
+  significant_degree_finds_the_last_mode<double>(GetParam());
+}
+
 TEST_P(OrdersKernels, GatherGroundIsItsDefinition) {
   gather_ground_is_its_definition<float>(GetParam());
   gather_ground_is_its_definition<double>(GetParam());
@@ -262,8 +424,8 @@ TEST(OrdersKernels, NothingComesFromBeyondTheShadow) {
   gather_modes(gather.in, out.data());
   gather_ground(gather.in, weight.data(), 8, ground.data());
   for (std::size_t i = 0; i < gather.pairs; ++i) {
-    const double x = gather.cos_chi[i] * std::cos(0.02) +
-                     gather.sin_chi[i] * std::sin(0.02) * gather.cos_phi[i];
+    const double x =
+        gather.cos_chi[i] * std::cos(0.02) + gather.sin_chi[i] * std::sin(0.02) * gather.cos_phi[i];
     const bool dark = std::acos(std::clamp(x, -1.0, 1.0)) * 180 / pi >= 95;
     EXPECT_EQ(out[i * 24] == 0, dark);
     EXPECT_EQ(ground[i * 8] == 0, dark);

@@ -12,8 +12,8 @@
 namespace twilight {
 
 /// A medium of our own under a point Sun above a black ground, on a coarse grid.
-inline SceneModel orders_model(const Medium& medium, double sun_elevation_deg,
-                               double albedo = 0, double height_km = 0) {
+inline SceneModel orders_model(const Medium& medium, double sun_elevation_deg, double albedo = 0,
+                               double height_km = 0) {
   SceneModel model;
   model.medium = medium;
   model.sun_elevation_rad = sun_elevation_deg * std::numbers::pi / 180;

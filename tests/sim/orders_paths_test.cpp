@@ -87,8 +87,9 @@ double integral(const PathOptics& o, const Ray& ray, std::size_t lane, std::size
     return r > perigee ? std::sqrt((r - perigee) * (r + perigee)) : Real(0);
   };
   const bool ground = foot > 0 && perigee < R;
-  const Real end = std::max(
-      Real(0), ground ? foot - chord(R) : foot + chord(R + static_cast<Real>(o.boundary_km.back())));
+  const Real end =
+      std::max(Real(0), ground ? foot - chord(R)
+                               : foot + chord(R + static_cast<Real>(o.boundary_km.back())));
   std::vector<Real> cuts{0, end};
   for (const double b : o.boundary_km) {
     for (const Real side : {-1.0L, 1.0L}) {
@@ -103,9 +104,9 @@ double integral(const PathOptics& o, const Ray& ray, std::size_t lane, std::size
     const Real middle = 0.5L * (cuts[k] + cuts[k + 1]);
     const auto z = static_cast<double>(std::hypot(middle - foot, perigee) - R);
     const auto above = std::ranges::upper_bound(o.boundary_km, z);
-    const auto layer = static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(
-        above - o.boundary_km.begin() - 1, 0,
-        static_cast<std::ptrdiff_t>(o.boundary_km.size()) - 2));
+    const auto layer = static_cast<std::size_t>(
+        std::clamp<std::ptrdiff_t>(above - o.boundary_km.begin() - 1, 0,
+                                   static_cast<std::ptrdiff_t>(o.boundary_km.size()) - 2));
     const double extinction = o.extinction_per_km[layer * o.lanes + lane];
     const double scattering =
         o.scattering_per_km[(layer * (1 + o.kinds) + column) * o.lanes + lane];
@@ -139,7 +140,15 @@ double distance_at(const Ray& ray, double radius_km, double angle) {
 
 const std::vector<double> kLevel_km = orders_levels(60, 14);
 
-TEST(SampledPath, ConstantSourceGivesWhatTheDepthTakes) {
+class SampledPaths : public testing::TestWithParam<SourceShape> {};
+INSTANTIATE_TEST_SUITE_P(Shapes, SampledPaths,
+                         testing::Values(SourceShape::kLinear, SourceShape::kCubic),
+                         [](const auto& shape) {
+                           return shape.param == SourceShape::kLinear ? "Linear" : "Cubic";
+                         });
+
+TEST_P(SampledPaths, ConstantSourceGivesWhatTheDepthTakes) {
+  const SourceShape shape = GetParam();
   std::mt19937 random(1);
   SampledPath path;
   for (int trial = 0; trial < 10; ++trial) {
@@ -148,7 +157,8 @@ TEST(SampledPath, ConstantSourceGivesWhatTheDepthTakes) {
     for (const Ray& ray : rays(air.medium)) {
       const bool clear =
           straight_path(air.medium, ray.altitude_km, ray.zenith_rad, HUGE_VAL, length);
-      sample_path(air.optics, kLevel_km, ray.altitude_km, ray.zenith_rad, kMaxAngle_rad, path);
+      sample_path(air.optics, kLevel_km, ray.altitude_km, ray.zenith_rad, kMaxAngle_rad, shape,
+                  path);
       EXPECT_EQ(path.hits_ground, !clear) << ray.altitude_km << " " << ray.zenith_rad;
       for (std::size_t w = 0; w < 8; ++w) {
         double depth = 0;
@@ -157,8 +167,9 @@ TEST(SampledPath, ConstantSourceGivesWhatTheDepthTakes) {
         }
         const double want = static_cast<double>(w) / 8 * -std::expm1(-depth);
         const auto one = [](const PathSample&) { return 1.0; };
-        EXPECT_NEAR(weighed(path, 8, w, 0, one), 0.5 * want, 1e-9);
-        EXPECT_NEAR(weighed(path, 8, w, 1, one), 0.5 * want, 1e-9);
+        // Levels that share in a sample by less than 1e-6 are left out of it.
+        EXPECT_NEAR(weighed(path, 8, w, 0, one), 0.5 * want, 1e-6 * want + 1e-12);
+        EXPECT_NEAR(weighed(path, 8, w, 1, one), 0.5 * want, 1e-6 * want + 1e-12);
         EXPECT_NEAR(path.ground_transmittance[w], std::exp(-depth), 1e-9);
       }
     }
@@ -166,7 +177,8 @@ TEST(SampledPath, ConstantSourceGivesWhatTheDepthTakes) {
 }
 
 // Lane w sees layer w alone: its depth is the length there.
-TEST(SampledPath, LengthsAreThoseOfStraightPath) {
+TEST_P(SampledPaths, LengthsAreThoseOfStraightPath) {
+  const SourceShape shape = GetParam();
   Medium m = layered_air(60, std::vector<double>(8, 0.0));
   m.boundary_km = {0, 0.4, 1, 3, 8, 15, 25, 40, 60};
   PathOptics o;
@@ -180,7 +192,7 @@ TEST(SampledPath, LengthsAreThoseOfStraightPath) {
   SampledPath path;
   for (const Ray& ray : rays(m)) {
     straight_path(m, ray.altitude_km, ray.zenith_rad, HUGE_VAL, length);
-    sample_path(o, kLevel_km, ray.altitude_km, ray.zenith_rad, kMaxAngle_rad, path);
+    sample_path(o, kLevel_km, ray.altitude_km, ray.zenith_rad, kMaxAngle_rad, shape, path);
     for (std::size_t i = 0; i < 8; ++i) {
       EXPECT_NEAR(-std::log(path.ground_transmittance[i]) * 100, length[i], 1e-5 + 1e-9 * length[i])
           << ray.altitude_km << " " << ray.zenith_rad << " " << i;
@@ -188,14 +200,16 @@ TEST(SampledPath, LengthsAreThoseOfStraightPath) {
   }
 }
 
-TEST(SampledPath, SourceLinearAlongTheRayIsExact) {
+TEST_P(SampledPaths, SourceLinearAlongTheRayIsExact) {
+  const SourceShape shape = GetParam();
   std::mt19937 random(2);
   SampledPath path;
   for (int trial = 0; trial < 4; ++trial) {
     const RandomAir air(random, trial < 2 ? 0.2 : 4);
     const double R = air.medium.earth_radius_km;
     for (const Ray& ray : rays(air.medium)) {
-      sample_path(air.optics, kLevel_km, ray.altitude_km, ray.zenith_rad, kMaxAngle_rad, path);
+      sample_path(air.optics, kLevel_km, ray.altitude_km, ray.zenith_rad, kMaxAngle_rad, shape,
+                  path);
       const bool vertical = ray.zenith_rad < 1e-9 || ray.zenith_rad > pi - 1e-9;
       const auto at_sample = [&](const PathSample& s) {
         const double distance =
@@ -206,9 +220,9 @@ TEST(SampledPath, SourceLinearAlongTheRayIsExact) {
       };
       for (const std::size_t w : {std::size_t{1}, std::size_t{7}}) {
         for (const std::size_t column : {std::size_t{0}, std::size_t{1}}) {
-          const double want = integral(air.optics, ray, w, column,
-                                       [](double s) { return 1 + 0.01 * s; });
-          EXPECT_NEAR(weighed(path, 8, w, column, at_sample), want, 1e-8 + 1e-7 * want)
+          const double want =
+              integral(air.optics, ray, w, column, [](double s) { return 1 + 0.01 * s; });
+          EXPECT_NEAR(weighed(path, 8, w, column, at_sample), want, 1e-8 + 1e-6 * want)
               << ray.altitude_km << " " << ray.zenith_rad;
         }
       }
@@ -217,12 +231,13 @@ TEST(SampledPath, SourceLinearAlongTheRayIsExact) {
 }
 
 // Samples: on levels, in order, close to each other, under the angles of a straight line.
-TEST(SampledPath, SamplesFollowTheLine) {
+TEST_P(SampledPaths, SamplesFollowTheLine) {
+  const SourceShape shape = GetParam();
   std::mt19937 random(3);
   const RandomAir air(random, 0.1);
   SampledPath path;
   for (const Ray& ray : rays(air.medium)) {
-    sample_path(air.optics, kLevel_km, ray.altitude_km, ray.zenith_rad, kMaxAngle_rad, path);
+    sample_path(air.optics, kLevel_km, ray.altitude_km, ray.zenith_rad, kMaxAngle_rad, shape, path);
     double before = 0;
     for (const PathSample& s : path.samples) {
       EXPECT_GE(s.level, 0);
@@ -236,7 +251,8 @@ TEST(SampledPath, SamplesFollowTheLine) {
 }
 
 // A source that is a smooth function of altitude between its levels: linear interpolation there.
-TEST(SampledPath, FinerLevelsConverge) {
+TEST_P(SampledPaths, FinerLevelsConverge) {
+  const SourceShape shape = GetParam();
   std::mt19937 random(4);
   const RandomAir air(random, 0.3, true);
   const double R = air.medium.earth_radius_km;
@@ -244,7 +260,7 @@ TEST(SampledPath, FinerLevelsConverge) {
   const auto error = [&](int levels) {
     const std::vector<double> level_km = orders_levels(60, levels);
     SampledPath path;
-    sample_path(air.optics, level_km, ray.altitude_km, ray.zenith_rad, kMaxAngle_rad, path);
+    sample_path(air.optics, level_km, ray.altitude_km, ray.zenith_rad, kMaxAngle_rad, shape, path);
     const double sum = weighed(path, 8, 7, 0, [&](const PathSample& s) {
       return std::exp(-level_km[static_cast<std::size_t>(s.level)] / 8);
     });
@@ -257,13 +273,14 @@ TEST(SampledPath, FinerLevelsConverge) {
   };
   const double coarse = error(20), fine = error(40);
   std::printf("error of an exponential source: 20 levels %.1e, 40 levels %.1e\n", coarse, fine);
-  EXPECT_LT(fine, 0.4 * coarse);
-  EXPECT_LT(fine, 5e-3);
+  EXPECT_LT(fine, (shape == SourceShape::kLinear ? 0.4 : 0.15) * coarse);
+  EXPECT_LT(fine, shape == SourceShape::kLinear ? 2e-3 : 2e-4);
 }
 
-// Without refractivity the bent ray is the straight one; it is cut into thin shells, between whose
-// ends it is taken as straight in altitude.
-TEST(SampledPath, RefractedRayOfNoRefractivityIsTheStraightOne) {
+// Without refractivity the bent ray is the straight one, though cut elsewhere; thick layers are
+// whole pieces then, in which altitude is not linear along the ray.
+TEST_P(SampledPaths, RefractedRayOfNoRefractivityIsTheStraightOne) {
+  const SourceShape shape = GetParam();
   std::mt19937 random(5);
   SampledPath path, straight;
   double worst = 0, worst_smooth = 0;
@@ -271,9 +288,10 @@ TEST(SampledPath, RefractedRayOfNoRefractivityIsTheStraightOne) {
     const RandomAir air(random, trial < 2 ? 0.2 : 4);
     const RefractedRays lines(air.medium, 0);
     for (const Ray& ray : rays(air.medium)) {
-      sample_path(air.optics, kLevel_km, ray.altitude_km, ray.zenith_rad, kMaxAngle_rad, straight);
+      sample_path(air.optics, kLevel_km, ray.altitude_km, ray.zenith_rad, kMaxAngle_rad, shape,
+                  straight);
       const RayPath pieces = lines.follow(ray.altitude_km, ray.zenith_rad);
-      sample_path(air.optics, kLevel_km, pieces, kMaxAngle_rad, path);
+      sample_path(air.optics, kLevel_km, pieces, kMaxAngle_rad, shape, path);
       EXPECT_EQ(path.hits_ground, straight.hits_ground);
       // The source: falls with height, changes with the Sun's zenith angle.
       const auto source = [&](const PathSample& s) {
@@ -292,16 +310,19 @@ TEST(SampledPath, RefractedRayOfNoRefractivityIsTheStraightOne) {
           if (d > 1e-3) worst_smooth = std::max(worst_smooth, std::abs(c / d - 1));
         }
       }
-      if (path.hits_ground) EXPECT_NEAR(path.ground_angle_rad, straight.ground_angle_rad, 1e-7);
+      if (path.hits_ground) {
+        EXPECT_NEAR(path.ground_angle_rad, straight.ground_angle_rad, 1e-7);
+      }
     }
   }
   std::printf("refracted path without refractivity: constant source %.1e, smooth source %.1e\n",
               worst, worst_smooth);
   EXPECT_LE(worst, 1e-5);
-  EXPECT_LE(worst_smooth, 1e-2);
+  EXPECT_LE(worst_smooth, 1e-2);  // of 14 levels, wherever the samples are
 }
 
-TEST(SampledPath, NoAirAndDepth50) {
+TEST_P(SampledPaths, NoAirAndDepth50) {
+  const SourceShape shape = GetParam();
   PathOptics o;
   o.earth_radius_km = 6371;
   o.boundary_km = {0, 60};
@@ -309,13 +330,13 @@ TEST(SampledPath, NoAirAndDepth50) {
   o.extinction_per_km.assign(8, 0.0);
   o.scattering_per_km.assign(8, 0.0);
   SampledPath path;
-  sample_path(o, kLevel_km, 0, 0.3, kMaxAngle_rad, path);
+  sample_path(o, kLevel_km, 0, 0.3, kMaxAngle_rad, shape, path);
   EXPECT_TRUE(path.samples.empty());
   for (const double t : path.ground_transmittance) EXPECT_EQ(t, 1);
   for (const double depth : {1e-12, 1e-6, 50.0, 1000.0}) {
     o.extinction_per_km.assign(8, depth / 60);
     o.scattering_per_km.assign(8, depth / 60);
-    sample_path(o, kLevel_km, 60, pi, kMaxAngle_rad, path);
+    sample_path(o, kLevel_km, 60, pi, kMaxAngle_rad, shape, path);
     double sum = 0;
     for (std::size_t k = 0; k < path.samples.size(); ++k) sum += path.weight[k * 8];
     EXPECT_NEAR(sum / -std::expm1(-depth), 1, 1e-11) << depth;

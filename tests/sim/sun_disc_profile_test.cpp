@@ -51,6 +51,23 @@ std::vector<float> averaged(const std::function<double(double)>& f,
   return value;
 }
 
+TEST(SunDisc, StripsCarryTheDiscsLight) {
+  for (const double nm : kWavelength_nm) {
+    double sum = 0, square = 0, before = -1;
+    for (const GaussNode& g : disc_strips(nm, 24)) {
+      EXPECT_GT(g.x, before);
+      EXPECT_GT(g.weight, 0);
+      sum += g.weight;
+      square += g.weight * g.x * g.x;
+      before = g.x;
+    }
+    EXPECT_LT(before, 1);
+    EXPECT_NEAR(sum, 1, 1e-12);
+    const double want = mean_over_disc(nm, [](double x) { return x * x; });
+    EXPECT_NEAR(square * radius_deg() * radius_deg() / want, 1, 1e-3);
+  }
+}
+
 TEST(SunDisc, LeavesConstantsAndStraightLinesAlone) {
   const auto constant = averaged([](double) { return 0.7; });
   const auto line = averaged([](double x) { return 2 - 0.01 * x; });

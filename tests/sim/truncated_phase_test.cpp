@@ -136,8 +136,7 @@ TEST(TruncatedPhase, MediumLosesThePeakAlone) {
       double scattering = 0;
       for (std::size_t q = 0; q <= orders.optics.kinds; ++q) {
         scattering +=
-            orders.optics
-                .scattering_per_km[(i * (1 + orders.optics.kinds) + q) * orders.lanes + w];
+            orders.optics.scattering_per_km[(i * (1 + orders.optics.kinds) + q) * orders.lanes + w];
       }
       EXPECT_NEAR(scattering, m.air_scattering_per_km(i, w) + kept, 1e-15);
     }
@@ -217,19 +216,18 @@ TEST(PhaseTable, DiscMattersNearTheSunAlone) {
       for (int k = 0; k < kAround; ++k) {
         const double rho = kSunAngularRadiusRad * std::sqrt(rho2), a = angle * kDegree;
         const double phi = 2 * pi * (k + 0.5) / kAround;
-        const double c =
-            std::cos(a) * std::cos(rho) + std::sin(a) * std::sin(rho) * std::cos(phi);
+        const double c = std::cos(a) * std::cos(rho) + std::sin(a) * std::sin(rho) * std::cos(phi);
         want += limb(std::sqrt(1 - rho2)) * 4 * pi * henyey_greenstein(c, 0.95) / kRings / kAround;
       }
     }
     EXPECT_NEAR(p11_at(disc, angle * kDegree, 0) / want, 1, 1e-4) << angle;
   }
-  EXPECT_LT(p11_at(disc, 0, 0), 0.99 * p11_at(point, 0, 0));
-  for (double angle = 10.01; angle <= 180; angle += 1) {
+  EXPECT_LT(p11_at(disc, 0, 0), 0.997 * p11_at(point, 0, 0));
+  for (double angle = 10.05; angle <= 180; angle += 1) {
     EXPECT_EQ(p11_at(disc, angle * kDegree, 0), p11_at(point, angle * kDegree, 0)) << angle;
   }
-  // No step where the average begins.
-  EXPECT_NEAR(p11_at(disc, 9.9 * kDegree, 0) / p11_at(point, 9.9 * kDegree, 0), 1, 5e-4);
+  // Hardly a step where the average begins: of this power law, theta^-3, R^2 / 8 * 9 / theta^2.
+  EXPECT_NEAR(p11_at(disc, 9.9 * kDegree, 0) / p11_at(point, 9.9 * kDegree, 0), 1, 8e-4);
 }
 
 }  // namespace

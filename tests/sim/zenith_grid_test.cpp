@@ -28,8 +28,7 @@ TEST(ZenithGrid, FineAboutTheTerminatorNeverCoarserThanAsked) {
     for (const double coarse : {2.0, 4.0}) {
       const ZenithGrid grid(step, coarse);
       for (std::size_t j = 1; j < grid.size(); ++j) {
-        const double from = grid.zenith_rad()[j - 1] / kDegree,
-                     to = grid.zenith_rad()[j] / kDegree;
+        const double from = grid.zenith_rad()[j - 1] / kDegree, to = grid.zenith_rad()[j] / kDegree;
         EXPECT_LE(to - from, coarse * (1 + 1e-9));
         if (from > 80 && to < 112) {
           EXPECT_LE(to - from, 1.1 * step);
