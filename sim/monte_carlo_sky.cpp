@@ -313,6 +313,12 @@ Irradiance MonteCarloSky::irradiance() const {
   // Direct: the disc's points where they are above the horizon.
   const bool disc = world_.sun_radius_rad > 0;
   const int rings = disc ? 8 : 1, spokes = disc ? 16 : 1;
+  std::vector<double> disc_light(W, 0.0);  // normalises the midpoint rule
+  for (int i = 0; i < rings; ++i) {
+    for (std::size_t w = 0; w < W; ++w) {
+      disc_light[w] += disc ? world_.limb[w](std::sqrt(1 - (i + 0.5) / rings)) : 1;
+    }
+  }
   for (int i = 0; i < rings; ++i) {
     const double area = (i + 0.5) / rings;
     for (int j = 0; j < spokes; ++j) {
@@ -325,7 +331,7 @@ Irradiance MonteCarloSky::irradiance() const {
         const double limb = disc ? world_.limb[w](std::sqrt(1 - area)) : 1;
         result.direct[w] += model_.solar_irradiance[w] * beam.transmittance * beam.spreading *
                             limb * std::max(0.0, std::cos(beam.apparent_zenith_rad)) /
-                            (rings * spokes);
+                            (disc_light[w] * spokes);
       }
     }
   }
