@@ -14,6 +14,7 @@ namespace {
 Scene coarse_scene() {
   Scene scene;
   scene.spectrum.wavelengths_nm = {390, 430, 470, 510, 550, 590, 630, 670};
+  scene.sun.disc_average = false;
   scene.solver.zenith_step_deg = 2;
   scene.solver.altitude_levels = 30;
   scene.solver.polar_directions = 20;
@@ -74,14 +75,12 @@ TEST(ZenithColour, BlueBelowMinusFourOnlyWithOzone) {
   EXPECT_GT(yellowish[1], 1.0 / 3);
 }
 
-TEST(ZenithColour, MoreOzoneIsBluer) {
-  for (const double sun : {0., -4.}) {
-    double before = -1;
-    for (const double ozone_du : {0., 240., 300., 500.}) {
-      const double blue = blueness(zenith(ozone_du, sun), kEqualEnergyWhite);
-      EXPECT_GT(blue, before) << "Sun " << sun << ", " << ozone_du << " DU";
-      before = blue;
-    }
+TEST(ZenithColour, MoreOzoneIsBluerBelowMinusFour) {
+  double before = -1;
+  for (const double ozone_du : {0., 300., 500.}) {
+    const double blue = blueness(zenith(ozone_du, -4), kEqualEnergyWhite);
+    EXPECT_GT(blue, before) << ozone_du << " DU";
+    before = blue;
   }
 }
 

@@ -229,7 +229,7 @@ void zenith(const Run& run) {
   for (LinearSeries& s : landmarks(run.sunlight)) tracks.push_back(s);
   write_linear_plot(run.out / "zenith_chromaticity.svg",
                     "Colour of the zenith, Sun +10&#176; to &#8722;10&#176; (beside the dots)",
-                    {"CIE 1931 x", 0.20, 0.38, 0.02}, {"CIE 1931 y", 0.18, 0.38, 0.02}, tracks);
+                    {"CIE 1931 x", 0.18, 0.38, 0.02}, {"CIE 1931 y", 0.14, 0.40, 0.02}, tracks);
   write_svg_plot(run.out / "zenith_luminance.svg", "Luminance of the zenith",
                  "geometric elevation of the Sun, deg", "cd/m&#178;", luminance);
 }
@@ -286,7 +286,7 @@ void purple_light(const Run& run) {
                     index);
   write_linear_plot(run.out / "purple_excess.svg",
                     "Red over blue (650/450 nm) against clear air's, largest at 5&#176;..80&#176;",
-                    sun, {"ratio to clear air", 0.8, 4, 0.2}, excess);
+                    sun, {"ratio to clear air", 0, 12, 1}, excess);
   write_linear_plot(run.out / "purple_profile.svg", "Purpleness of the sunward sky, clean air",
                     {"elevation above the sunward horizon, deg", 5, 80, 5}, purple, profile);
 }
@@ -317,7 +317,7 @@ void belt(const Run& run) {
     write_linear_plot(run.out / fmt::format("belt_of_venus_{}.svg", air),
                       "Colour opposite the Sun, " + air + " air",
                       {"elevation above the antisolar horizon, deg", 0, 60, 5},
-                      {"CIE 1931 x", 0.22, 0.42, 0.02}, colour);
+                      {"CIE 1931 x", 0.22, 0.44, 0.02}, colour);
     write_svg_plot(run.out / fmt::format("antisolar_luminance_{}.svg", air),
                    "Luminance opposite the Sun, " + air + " air",
                    "elevation above the antisolar horizon, deg", "cd/m&#178;", light);
