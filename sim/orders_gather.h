@@ -7,6 +7,7 @@
 
 #include "atmosphere/refraction.h"
 #include "sim/orders.h"
+#include "sim/orders_source.h"
 #include "sim/phase_table.h"
 #include "sim/sunlit_air.h"
 #include "sim/zenith_grid.h"

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "sim/orders_source.h"
 #include "sim/zenith_grid.h"
 
 namespace twilight {

@@ -12,7 +12,7 @@
 
 #include "atmosphere/straight_path.h"
 #include "sim/gauss_legendre.h"
-#include "sim/orders.h"
+#include "sim/orders_grid.h"
 #include "small_scene.h"
 
 namespace twilight {

@@ -1,0 +1,38 @@
+// Light scattered often is smooth: a coarser grid for it, and the way back.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "sim/orders_grid.h"
+
+namespace twilight {
+
+/// Every second one of `count` levels, and the last.
+std::vector<std::size_t> coarse_levels(std::size_t count);
+
+/// A grid with fewer levels and directions, and with moments to a lower degree.
+struct Coarsening {
+  std::vector<std::size_t> kept;  ///< levels
+  int polar_count = 16, azimuth_count = 8, moment_degree = 12;
+};
+
+/// A grid has no more directions and moments than the one it comes from.
+template <class T>
+OrdersGrid<T> coarse_grid(const OrdersGrid<T>& fine, const Coarsening& coarsening,
+                          const OrdersMedium& medium, double zenith_step_deg);
+
+/// Light at the coarse grid's points.
+template <class T>
+IncomingLight<T> restrict_light(const OrdersGrid<T>& fine, const OrdersGrid<T>& coarse,
+                                const std::vector<std::size_t>& kept,
+                                const IncomingLight<T>& light);
+
+/// Adds light of the coarse grid to a total on the fine one. Between levels its ratio to the trace
+/// of `like`, light of the fine grid that falls off as steeply, is cubic in the level's number.
+template <class T>
+void add_prolonged(const OrdersGrid<T>& coarse, const OrdersGrid<T>& fine,
+                   const std::vector<std::size_t>& kept, const IncomingLight<T>& light,
+                   const IncomingLight<T>& like, IncomingLight<T>& total);
+
+}  // namespace twilight

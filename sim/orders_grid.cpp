@@ -1,0 +1,105 @@
+#include "sim/orders_grid.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "sim/angular_moments.h"
+#include "sim/gauss_legendre.h"
+#include "sim/orders_kernel.h"
+
+namespace twilight {
+
+using std::numbers::pi;
+
+std::vector<PolarDirection> polar_directions(double radius_km, double altitude_km, int count) {
+  std::vector<PolarDirection> directions;
+  const double sine = std::min(1.0, radius_km / (radius_km + altitude_km));
+  const double dip = std::acos(sine);  // of the horizon below the horizontal
+  const bool limb = altitude_km > 1e-3;
+  const int down = std::max(4, count / 6), middle = limb ? std::max(2, 5 * count / 12) : 0;
+  const int up = std::max(2, count - down - middle);
+  for (const GaussNode& g : gauss_legendre(up, 0, 1)) {
+    directions.push_back({std::acos(g.x * g.x), 2 * g.x * g.weight});
+  }
+  if (limb) {
+    for (const GaussNode& g : gauss_legendre(middle, 0, dip)) {
+      directions.push_back({pi / 2 + g.x, std::cos(g.x) * g.weight});
+    }
+  }
+  const double edge = limb ? std::sin(dip) : 0.0;
+  for (const GaussNode& g : gauss_legendre(down, 0, 1)) {
+    const double cosine = edge + (1 - edge) * g.x * g.x;
+    directions.push_back({std::acos(-cosine), 2 * g.x * (1 - edge) * g.weight});
+  }
+  std::ranges::sort(directions, {}, &PolarDirection::zenith_rad);
+  return directions;
+}
+
+std::vector<double> orders_levels(double top_km, int levels) {
+  std::vector<double> altitudes;
+  for (int i = 0; i < levels; ++i) {
+    const double v = static_cast<double>(i) / (levels - 1);
+    altitudes.push_back(top_km * v * v * (0.6 + 0.4 * v));
+  }
+  altitudes.front() = 0;
+  altitudes.back() = top_km;
+  return altitudes;
+}
+
+template <class T>
+OrdersGrid<T>::OrdersGrid(const OrdersMedium& medium, double zenith_step_deg,
+                          std::vector<double> levels, int polar, int azimuth_count, int degree,
+                          bool with_polarisation, std::size_t levels_above_aerosol)
+    : zenith(zenith_step_deg),
+      level_km(std::move(levels)),
+      levels_above(std::max<std::size_t>(levels_above_aerosol, 4)),
+      polar_count(polar),
+      moment_degree(std::min(medium.degree, degree)),
+      polarised(with_polarisation),
+      stokes(with_polarisation ? 3 : 1),
+      lanes(medium.lanes) {
+  const std::vector<double>& chi = zenith.zenith_rad();
+  const double darkest = kDarkestZenith_deg * pi / 180;
+  nodes = static_cast<std::size_t>(std::ranges::upper_bound(chi, darkest) - chi.begin());
+  nodes = std::clamp<std::size_t>(nodes + 1, std::min<std::size_t>(4, chi.size()), chi.size());
+  if (moment_degree > 0) {
+    moments = stokes * moment_count(moment_degree);
+    const auto above = std::ranges::lower_bound(level_km, medium.aerosol_top_km - 1e-9);
+    aerosol_levels = std::min(static_cast<std::size_t>(above - level_km.begin()) + levels_above,
+                              level_km.size());
+  }
+  for (int q = 0; q < azimuth_count; ++q) {
+    const double phi = (q + 0.5) * pi / azimuth_count;
+    cos_azimuth.push_back(static_cast<T>(std::cos(phi)));
+    sin_azimuth.push_back(static_cast<T>(std::sin(phi)));
+  }
+  pairs = nodes * azimuths();
+  for (auto* v : {&cos_chi, &sin_chi, &cos_phi, &sin_phi}) v->assign(padded_pairs(pairs), T(0));
+  for (std::size_t j = 0; j < nodes; ++j) {
+    for (std::size_t q = 0; q < azimuths(); ++q) {
+      const std::size_t i = j * azimuths() + q;
+      cos_chi[i] = static_cast<T>(std::cos(chi[j]));
+      sin_chi[i] = static_cast<T>(std::sin(chi[j]));
+      cos_phi[i] = cos_azimuth[q];
+      sin_phi[i] = sin_azimuth[q];
+    }
+  }
+  fine_position.assign(zenith.fine_position().begin(), zenith.fine_position().end());
+  const auto last = std::ranges::upper_bound(fine_position, static_cast<T>(nodes - 1));
+  fine_end =
+      std::min(static_cast<std::size_t>(last - fine_position.begin()), ZenithGrid::kFineSize - 1);
+}
+
+template <class T>
+IncomingLight<T>::IncomingLight(const OrdersGrid<T>& grid)
+    : coherency(grid.level_km.size() * grid.zenith.size() * 4 * grid.lanes),
+      moments(grid.aerosol_levels * grid.zenith.size() * grid.moments * grid.lanes),
+      ground(grid.zenith.size() * grid.lanes) {}
+
+template struct OrdersGrid<float>;
+template struct OrdersGrid<double>;
+template struct IncomingLight<float>;
+template struct IncomingLight<double>;
+
+}  // namespace twilight
