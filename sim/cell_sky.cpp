@@ -82,9 +82,9 @@ CellSky::CellSky(const SceneModel& model, const RunControl& control) : model_(mo
     }
     exchange_ = solve_exchange(model_.medium, *grid_, all_cells.get(), *sunlight_, sun_, optics_,
                                options_, control);
-    summary_.stage_seconds.emplace_back("exchange: setup", exchange_.report.setup_seconds);
     summary_.stage_seconds.emplace_back("exchange: first event",
                                         exchange_.report.first_event_seconds);
+    summary_.stage_seconds.emplace_back("exchange: kernels", exchange_.report.kernels_seconds);
     summary_.stage_seconds.emplace_back("exchange: passes", exchange_.report.passes_seconds);
 
     GatherInputs gather;

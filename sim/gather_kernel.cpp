@@ -4,7 +4,7 @@
 // After foreach_target.h, once per SIMD target:
 #include "hwy/contrib/math/math-inl.h"
 #include "hwy/highway.h"
-#include "sim/exchange_kernel.h"
+#include "sim/field_moments.h"
 #include "sim/gather_kernel.h"
 
 HWY_BEFORE_NAMESPACE();

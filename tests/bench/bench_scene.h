@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "sim/exchange_kernel.h"
+#include "sim/ring_pair_kernel.h"
 #include "sim/scene_model.h"
 
 namespace twilight {

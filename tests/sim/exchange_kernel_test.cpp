@@ -1,4 +1,6 @@
-#include "sim/exchange_kernel.h"
+#include "sim/aerosol_pass.h"
+#include "sim/ring_pair_kernel.h"
+#include "sim/ring_pass.h"
 
 #include <gtest/gtest.h>
 
@@ -483,7 +485,7 @@ TEST_F(FirstEventPass, AgreesWithItsScalarTwin) {
         for (const AzimuthSampling sampling : {AzimuthSampling{1, 19}, {3, 6}}) {
           const Evaluation e(medium, p, sampling);
           std::vector<float> simd(19 * 8, 0.0F), scalar(19 * 8, 0.0F);
-          first_event_pass(e.kernel, kDivisions, power.data(), lit.data(), asymmetry.data(), sun,
+          first_event_pass(e.kernel, e.modes, power.data(), lit.data(), asymmetry.data(), sun,
                            simd.data());
           first_event_pass_scalar(e.kernel, kDivisions, power.data(), lit.data(), asymmetry.data(),
                                   sun, scalar.data());
@@ -509,7 +511,7 @@ TEST_F(FirstEventPass, IsotropicIsTheMeanMode) {
     if (p.source.ground) continue;
     const Evaluation e(medium, p);
     std::vector<float> field(19 * 8, 0.0F), modes(19 * 8);
-    first_event_pass(e.kernel, kDivisions, even.data(), lit.data(), zero.data(), 0.3, field.data());
+    first_event_pass(e.kernel, e.modes, even.data(), lit.data(), zero.data(), 0.3, field.data());
     cosine_transform(e.kernel, e.modes, modes.data());
     for (std::size_t j = 0; j < 19; ++j) {
       EXPECT_NEAR(field[j * 8], 0.5 * modes[0], 1e-5 * modes[0]) << p.what;
@@ -528,7 +530,7 @@ TEST_F(FirstEventPass, IsHenyeyGreensteinAboutTheSunsDirection) {
     const Evaluation kernel(medium, p);
     const auto value = ring_pair_kernel_scalar(medium, p.source, p.target, kDivisions, p.same);
     std::vector<float> field(19 * 8, 0.0F);
-    first_event_pass(kernel.kernel, kDivisions, power.data(), lit.data(), asymmetry.data(), e,
+    first_event_pass(kernel.kernel, kernel.modes, power.data(), lit.data(), asymmetry.data(), e,
                      field.data());
     for (int j = 0; j <= kDivisions / 2; j += 2) {
       double sum = 0;
