@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <vector>
 
+#include "sim/azimuth_sampling.h"
+#include "sim/exchange_medium.h"
 #include "sim/ring_pair_kernel.h"
 #include "sim/scene_model.h"
 
