@@ -153,7 +153,7 @@ void FirstEventSources(benchmark::State& state) {
   }
   rate(state, "exponentials/s", points * static_cast<double>(state.range(0)));
 }
-BENCHMARK(FirstEventSources)->Arg(8)->Arg(15)->UseRealTime();
+BENCHMARK(FirstEventSources)->Arg(8)->Arg(15)->MeasureProcessCPUTime();
 
 // One pass between two rings of isotropic cells, three ways.
 
@@ -199,7 +199,7 @@ void PassThroughMemory(benchmark::State& state) {
   state.SetBytesProcessed(static_cast<std::int64_t>(state.iterations()) *
                           static_cast<std::int64_t>(pairs * n * sizeof(float)));
 }
-BENCHMARK(PassThroughMemory)->Arg(8)->Threads(1)->Threads(2)->UseRealTime();
+BENCHMARK(PassThroughMemory)->Arg(8)->Threads(1)->Threads(2);
 
 // Target azimuth j gains K(k) (source(j + k) + source(j - k)) of every azimuth difference k, the
 // field's mirror symmetry folding both into 0..S/2: what the modes replace.

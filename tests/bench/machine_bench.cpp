@@ -89,7 +89,7 @@ void MachineMultiplyAdd(benchmark::State& state) {
   state.counters["multiply-adds/s"] = benchmark::Counter(
       static_cast<double>(state.iterations() * 12 * kRounds * width), benchmark::Counter::kIsRate);
 }
-BENCHMARK(MachineMultiplyAdd)->Threads(1)->Threads(2)->UseRealTime();
+BENCHMARK(MachineMultiplyAdd)->Threads(1)->Threads(2);
 
 void MachineExponential(benchmark::State& state) {
   const std::vector<float> in(2048, -1.5F);
@@ -102,7 +102,7 @@ void MachineExponential(benchmark::State& state) {
       benchmark::Counter(static_cast<double>(state.iterations()) * static_cast<double>(in.size()),
                          benchmark::Counter::kIsRate);
 }
-BENCHMARK(MachineExponential)->Threads(1)->Threads(2)->UseRealTime();
+BENCHMARK(MachineExponential)->Threads(1)->Threads(2);
 
 // Reading from memory: 64 MiB a thread, twice the last cache.
 void MachineRead(benchmark::State& state) {
@@ -111,7 +111,7 @@ void MachineRead(benchmark::State& state) {
   state.SetBytesProcessed(static_cast<std::int64_t>(state.iterations()) *
                           static_cast<std::int64_t>(in.size() * sizeof(float)));
 }
-BENCHMARK(MachineRead)->Threads(1)->Threads(2)->UseRealTime();
+BENCHMARK(MachineRead)->Threads(1)->Threads(2);
 
 }  // namespace
 }  // namespace twilight

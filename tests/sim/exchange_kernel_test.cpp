@@ -467,6 +467,7 @@ TEST(MultiplyAdd, BothDirectionsAtOnce) {
 // Whatever vectors the processor has: the same kernels within their rounding.
 TEST(SimdTarget, EveryInstructionSetAgrees) {
   EXPECT_THROW(cap_simd_target("mmx"), std::invalid_argument);
+  const std::string best_target = simd_target();
   for (const std::size_t lanes : {8U, 16U, 32U}) {
     const Medium m = hazy_air(lanes - 2);
     const ExchangeMedium medium = kernel_medium(m, lanes);
@@ -504,7 +505,13 @@ TEST(SimdTarget, EveryInstructionSetAgrees) {
       }
     }
   }
+  // The cap is on what runs, not only on what is reported.
+  for (const char* cap : {"avx2", "sse4"}) {
+    cap_simd_target(cap);
+    EXPECT_NE(simd_target(), "AVX3") << cap;
+  }
   cap_simd_target("best");
+  EXPECT_EQ(simd_target(), best_target);
 }
 
 TEST(AzimuthSampling, ZeroToleranceKeepsEverything) {
