@@ -155,32 +155,29 @@ void Transmit(Tag d, const float* HWY_RESTRICT t, std::size_t stride,
               const float* HWY_RESTRICT shift, int n_samples, std::size_t lanes,
               float* HWY_RESTRICT value) {
   const std::size_t step = hn::Lanes(d);
+  const auto most = hn::Set(d, 80.0F);
   for (std::size_t w = 0; w < lanes; w += step) {
-    const auto x = hn::LoadU(d, shift + w);
-    for (int k = 0; k < n_samples; ++k) {
-      const auto sample = static_cast<std::size_t>(k);
-      if (geometry[k] == 0.0F) {
-        hn::StoreU(hn::Zero(d), d, value + sample * lanes + w);
-        continue;
+    const auto x = hn::Neg(hn::LoadU(d, shift + w));
+    // Four samples share the coefficients; the arrays are padded to whole fours with geometry 0.
+    for (std::size_t k = 0; k < static_cast<std::size_t>(n_samples); k += 4) {
+      auto depth0 = x, depth1 = x, depth2 = x, depth3 = x;
+      for (int b = 0; b < n_terms; ++b) {
+        const auto c = hn::LoadU(d, crossings[b].coefficient + w);
+        const float* HWY_RESTRICT at = t + static_cast<std::size_t>(b) * stride + k;
+        depth0 = hn::MulAdd(c, hn::Set(d, at[0]), depth0);
+        depth1 = hn::MulAdd(c, hn::Set(d, at[1]), depth1);
+        depth2 = hn::MulAdd(c, hn::Set(d, at[2]), depth2);
+        depth3 = hn::MulAdd(c, hn::Set(d, at[3]), depth3);
       }
-      auto depth = hn::Zero(d);
-      auto depth2 = hn::Zero(d);
-      int b = 0;
-      for (; b + 1 < n_terms; b += 2) {
-        depth = hn::MulAdd(hn::LoadU(d, crossings[b].coefficient + w),
-                           hn::Set(d, t[static_cast<std::size_t>(b) * stride + sample]), depth);
-        depth2 =
-            hn::MulAdd(hn::LoadU(d, crossings[b + 1].coefficient + w),
-                       hn::Set(d, t[static_cast<std::size_t>(b + 1) * stride + sample]), depth2);
-      }
-      if (b < n_terms) {
-        depth = hn::MulAdd(hn::LoadU(d, crossings[b].coefficient + w),
-                           hn::Set(d, t[static_cast<std::size_t>(b) * stride + sample]), depth);
-      }
-      depth = hn::Max(hn::Sub(hn::Add(depth, depth2), x), hn::Zero(d));
-      depth = hn::Min(depth, hn::Set(d, 80.0F));
-      const auto e = hn::Exp(d, hn::Neg(depth));
-      hn::StoreU(hn::Mul(e, hn::Set(d, geometry[k])), d, value + sample * lanes + w);
+      const auto put = [&](std::size_t sample, auto depth) HWY_ATTR {
+        depth = hn::Min(hn::Max(depth, hn::Zero(d)), most);
+        hn::StoreU(hn::Mul(hn::Exp(d, hn::Neg(depth)), hn::Set(d, geometry[sample])), d,
+                   value + sample * lanes + w);
+      };
+      put(k, depth0);
+      put(k + 1, depth1);
+      put(k + 2, depth2);
+      put(k + 3, depth3);
     }
   }
 }
