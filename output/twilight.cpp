@@ -10,6 +10,7 @@
 #include <chrono>
 #include <cmath>
 #include <csignal>
+#include <cstdlib>
 #include <deque>
 #include <iostream>
 #include <memory>
@@ -29,6 +30,7 @@
 #include "output/sky_image.h"
 #include "sim/scene_file.h"
 #include "sim/scene_model.h"
+#include "sim/simd_target.h"
 #include "solar/place.h"
 #include "solar/solar_spectrum.h"
 #include "solar/time_point.h"
@@ -526,6 +528,10 @@ int program(int argc, char** argv) {
   // A file-size limit shall be a failed write, which is cleaned up, not a sudden end.
   ::signal(SIGXFSZ, SIG_IGN);
   try {
+    // For measurements (tests/bench/README.md); a sky differs by rounding only.
+    if (const char* cap = std::getenv("TWILIGHT_SIMD")) {
+      checking_input([&] { cap_simd_target(cap); });
+    }
     run_command(*parsed.command, log);
     return kExitSuccess;
   } catch (const Cancelled&) {
