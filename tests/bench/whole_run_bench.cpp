@@ -10,13 +10,13 @@
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
 #include <stdexcept>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "output/machine.h"
 #include "sim/simd_target.h"
 
 namespace {
@@ -104,20 +104,6 @@ void print_row(const Work& work, int runs, const std::string& folder) {
   std::cout << std::flush;
 }
 
-std::string line_of(const char* file, std::string_view start) {
-  std::ifstream info(file);
-  for (std::string line; std::getline(info, line);) {
-    if (line.starts_with(start)) return line;
-  }
-  return "";
-}
-
-std::string processor() {
-  const std::string line = line_of("/proc/cpuinfo", "model name");
-  const auto colon = line.find(": ");
-  return colon == std::string::npos ? "unknown processor" : line.substr(colon + 2);
-}
-
 }  // namespace
 
 int main(int argc, char** argv) try {
@@ -145,8 +131,8 @@ int main(int argc, char** argv) try {
   double load[1] = {0};
   ::getloadavg(load, 1);
   fmt::print("{}, {} hardware threads, SIMD target {}, {} runs each, load before {:.1f}\n\n",
-             processor(), std::thread::hardware_concurrency(), twilight::simd_target(), runs,
-             load[0]);
+             twilight::this_machine().processor, std::thread::hardware_concurrency(),
+             twilight::simd_target(), runs, load[0]);
   fmt::print(
       "| work | least s | median s | most s | median processor s | peak memory MiB |\n"
       "|---|---|---|---|---|---|\n");
