@@ -163,7 +163,7 @@ SkyMap render_map(const Sky& sky, const ColourIntegrator& integrator, const MapS
   const auto flush = [&] {
     control.check();
     if (!views.empty()) {
-      const auto radiance = sky.radiance(views);
+      const auto radiance = sky.map_radiance(views);
       if (radiance.size() != views.size() * wavelengths) {
         throw std::logic_error("sky returned " + std::to_string(radiance.size()) +
                                " radiances for " + std::to_string(views.size()) + " views of " +
