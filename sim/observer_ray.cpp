@@ -4,7 +4,6 @@
 #include <bit>
 #include <cmath>
 #include <numbers>
-#include <span>
 
 #include "sim/orders_gather.h"
 #include "sim/piece_point.h"
@@ -14,58 +13,13 @@ namespace {
 
 using std::numbers::pi;
 
-// Neighbouring pieces of a layer that make one window, or one piece that makes several.
-struct Cut {
-  std::size_t first, last;  // pieces
-  int parts;
-};
-
 bool descends(const PathPiece& piece) { return piece.end_altitude_km < piece.start_altitude_km; }
-
-std::vector<Cut> plan_windows(const PathOptics& optics, const RayPath& ray) {
-  // Pieces finer than this are joined where they are thin; coarser ones are divided as the gather
-  // does.
-  constexpr double kJoin = 0.5, kThin = 0.03;
-  std::vector<Cut> cuts;
-  double steps = 0, depth = 0;
-  for (std::size_t k = 0; k < ray.pieces.size(); ++k) {
-    const PathPiece& piece = ray.pieces[k];
-    const double here = single_scattering_steps(piece);
-    const auto extinction =
-        std::span(optics.extinction_per_km).subspan(piece.layer * optics.lanes, optics.lanes);
-    const double own_depth = *std::ranges::max_element(extinction) * piece.length_km;
-    const bool joins = !cuts.empty() && steps + here <= kJoin && depth + own_depth <= kThin &&
-                       ray.pieces[k - 1].layer == piece.layer &&
-                       descends(ray.pieces[k - 1]) == descends(piece);
-    if (joins) {
-      cuts.back().last = k;
-      steps += here;
-      depth += own_depth;
-      continue;
-    }
-    cuts.push_back({k, k, std::max(1, static_cast<int>(std::ceil(here)))});
-    steps = cuts.back().parts > 1 ? 1.0 : here;
-    depth = own_depth;
-  }
-  return cuts;
-}
 
 bool same_shells(const RayPath& a, const RayPath& b) {
   return a.hits_ground == b.hits_ground &&
          std::ranges::equal(a.pieces, b.pieces, [](const PathPiece& x, const PathPiece& y) {
            return x.layer == y.layer && descends(x) == descends(y);
          });
-}
-
-// A point of the cut, `share` of its length from its start.
-PiecePoint point_of(const RayPath& ray, const Cut& cut, double share, double radius_km) {
-  double length = 0;
-  for (std::size_t k = cut.first; k <= cut.last; ++k) length += ray.pieces[k].length_km;
-  double left = share * length;
-  std::size_t k = cut.first;
-  while (k < cut.last && left > ray.pieces[k].length_km) left -= ray.pieces[k++].length_km;
-  const double whole = ray.pieces[k].length_km;
-  return point_on(ray.pieces[k], whole > 0 ? std::min(1.0, left / whole) : 0.5, radius_km);
 }
 
 // Central angle on one ray where another one through the same shells has a given one.
@@ -105,20 +59,18 @@ class RayPacker {
  private:
   void add_windows(const Lanes& colours, const RayPath& ray, const RayPath* guide) {
     const double R = air_.optics.optics.earth_radius_km;
-    const std::vector<Cut> cuts = plan_windows(air_.optics.optics, guide != nullptr ? *guide : ray);
-    std::size_t at = guide != nullptr ? 0 : out_.windows.size();
-    if (guide == nullptr) guide_windows_ = at;
-    at = guide_windows_;
+    if (guide == nullptr) guide_windows_ = out_.windows.size();
+    std::size_t at = guide_windows_;
     std::vector<double> transmittance(L_, 1.0);
-    for (const Cut& cut : cuts) {
-      double whole_km = 0;
-      for (std::size_t k = cut.first; k <= cut.last; ++k) whole_km += ray.pieces[k].length_km;
-      const double length = whole_km / cut.parts;
-      const std::size_t layer = ray.pieces[cut.first].layer;
+    for (std::size_t k = 0; k < ray.pieces.size(); ++k) {
+      const PathPiece& piece = ray.pieces[k];
+      const int steps = std::max(1, static_cast<int>(std::ceil(single_scattering_steps(
+                                        guide != nullptr ? guide->pieces[k] : piece))));
+      const double length = piece.length_km / steps;
+      const std::size_t layer = piece.layer;
       const double* extinction = &air_.optics.optics.extinction_per_km[layer * L_];
-      for (int part = 0; part < cut.parts; ++part, ++at) {
-        const double share = (part + 0.5) / cut.parts;
-        const PiecePoint here = point_of(ray, cut, share, R);
+      for (int step = 0; step < steps; ++step, ++at) {
+        const PiecePoint here = point_on(piece, (step + 0.5) / steps, R);
         if (guide == nullptr) {
           out_.windows.push_back({air_.sunlit->place(here.altitude_km), here.angle_rad,
                                   std::sin(here.angle_rad), std::cos(here.angle_rad),

@@ -20,14 +20,14 @@ struct ObserverRay {
   double zenith_rad = 0;  ///< apparent, at the observer
   bool hits_ground = false;
 
-  /// Points of single scattering: middles of stretches within one layer.
+  /// Points of single scattering: middles of the steps that OrdersGather takes.
   struct Window {
     SunlitAir::Place place;
     double central_angle_rad, sin_angle, cos_angle;
     double sin_zenith, cos_zenith;  ///< of the look direction, at the point
   };
   std::vector<Window> windows;
-  /// Integral of transmittance times scattering coefficient over the stretch, over 4 pi:
+  /// Integral of transmittance times scattering coefficient over the step, over 4 pi:
   /// [window][air, kinds][lane]; its sum over windows, [air, kinds][lane].
   std::vector<float> scatter, scatter_sum;
   /// Of the colours' own points, [window][lane]: SunlitAir::Place::above, and central angle.

@@ -77,33 +77,18 @@ CubicNodes::Stencil CubicNodes::at(double x) const {
 }
 
 double SkyTable::Segment::x(double e) const {
-  switch (shape) {
-    case Shape::kGround: {
-      // The cosine with which the view meets the ground.
-      const double ratio = std::cos(e) / cos_high;
-      return 1 - std::sqrt(std::sqrt(std::max(0.0, 1 - ratio * ratio)));
-    }
-    case Shape::kLimb:
-      // Air above the layer that the view grazes lengthens it by a square root.
-      return 1 - std::sqrt(std::max(0.0, (cos_high - std::cos(e)) / (cos_high - cos_low)));
-    default:
-      return std::sqrt(std::max(0.0, (e - low_rad) / (high_rad - low_rad)));
-  }
+  if (shape == Shape::kUp) return std::sqrt(std::max(0.0, e / high_rad));
+  // The angle with which the view meets the ground, over 90 degrees.
+  const double incidence = 2 / pi * std::asin(std::min(1.0, std::cos(e) / cos_high));
+  return 1 - std::sqrt(1 - incidence);
 }
 
 double SkyTable::Segment::elevation_rad(double x) const {
   if (x <= 0) return low_rad;
   if (x >= 1) return high_rad;
-  switch (shape) {
-    case Shape::kGround: {
-      const double cosine = (1 - x) * (1 - x);
-      return -std::acos(cos_high * std::sqrt(1 - cosine * cosine));
-    }
-    case Shape::kLimb:
-      return -std::acos(cos_high - (1 - x) * (1 - x) * (cos_high - cos_low));
-    default:
-      return low_rad + (high_rad - low_rad) * x * x;
-  }
+  if (shape == Shape::kUp) return high_rad * x * x;
+  const double incidence = 1 - (1 - x) * (1 - x);
+  return -std::acos(cos_high * std::sin(pi / 2 * incidence));
 }
 
 SkyTable::SkyTable(const OrdersAtmosphere& atmosphere, const ObserverRays& rays,
@@ -127,41 +112,21 @@ void SkyTable::lay_out() {
   const double h = rays_.altitude_km(), R = air_.medium.earth_radius_km;
   const double top = air_.medium.top_km();
   const RefractedRays& middle = air_.colours[air_.middle_colour].rays;
-  double highest = -10, lowest = 10;  // horizons of the colours
+  double lowest = 10;  // of the colours' horizons
   for (const ColourRays& colours : air_.colours) {
-    const double e = pi / 2 - colours.rays.horizon_apparent_zenith_rad(h);
-    highest = std::max(highest, e);
-    lowest = std::min(lowest, e);
+    lowest = std::min(lowest, pi / 2 - colours.rays.horizon_apparent_zenith_rad(h));
   }
   const bool raised = h > 0;
-  highest_ground_rad_ = raised ? lowest - kClear_rad : -1e-12;
-  lowest_sky_rad_ = raised ? highest + kClear_rad : 0.0;
-  const auto add = [&](Shape shape, double low, double high) {
-    if (high - low > 1e-9) {
-      segments_.push_back({shape, low, high, std::cos(low), std::cos(high), {}, {}});
-    }
-  };
-  add(Shape::kGround, -pi / 2, highest_ground_rad_);
-  const auto bouguer = [&](double z) { return middle.refractive_index(z) * (R + z); };
-  const double own = bouguer(h), ceiling = std::min(h, top);
-  const auto elevation = [&](double z) { return -std::acos(std::min(1.0, bouguer(z) / own)); };
-  double low = lowest_sky_rad_, last_km = 0;
-  for (const double z : air_.medium.boundary_km) {
-    // Boundaries closer than this are not told apart; their steps are small, too.
-    const double apart_km = std::max(0.25, z / 80);
-    if (!raised || z - last_km < apart_km || ceiling - z < 0.5 * apart_km) continue;
-    const double e = elevation(z);
-    if (e <= low) continue;
-    add(Shape::kLimb, low, e);
-    low = e;
-    last_km = z;
+  const double ground = raised ? lowest - kClear_rad : -1e-12;
+  if (highest_air_rad_ = 10; h > top) {
+    // Shells of air bend light the least in blue: the middle colour's edge, with a margin.
+    constexpr double kEdge_rad = 1e-5;
+    highest_air_rad_ = -std::acos(std::min(1.0, (R + top) / (R + h) * middle.refractive_index(top) /
+                                                    middle.refractive_index(h))) +
+                       kEdge_rad;
   }
-  if (h > top) {
-    highest_air_rad_ = elevation(top);
-    return;
-  }
-  if (low < 0) add(Shape::kLimb, low, 0.0);
-  add(Shape::kUp, std::max(low, 0.0), pi / 2);
+  segments_.push_back({Shape::kGround, -pi / 2, ground, std::cos(ground), {}, {}});
+  if (h <= top) segments_.push_back({Shape::kUp, 0.0, pi / 2, 0.0, {}, {}});
 }
 
 SkyPoint SkyTable::point(double elevation_rad, double azimuth) const {
@@ -205,19 +170,13 @@ double SkyTable::error(double elevation_rad, double azimuth, const float* truth,
 
 void SkyTable::choose_azimuths() {
   std::vector<double> elevations;
-  for (std::size_t s = 0; s < segments_.size(); ++s) {
-    const Segment& segment = segments_[s];
-    if (segment.shape == Shape::kUp) {
-      for (const double x : {0.02, 0.12, 0.25, 0.4, 0.6, 0.8}) {
-        elevations.push_back(segment.elevation_rad(x));
-      }
-      const double sun = pi / 2 - solar_zenith_rad_;
-      if (sun > 0) elevations.push_back(sun);
-    } else if (segment.shape == Shape::kGround) {
-      for (const double x : {0.3, 0.9}) elevations.push_back(segment.elevation_rad(x));
-    } else if (s % (1 + segments_.size() / 6) == 0) {
-      elevations.push_back(segment.elevation_rad(0.5));
+  for (const Segment& segment : segments_) {
+    for (const double x : {0.02, 0.12, 0.25, 0.4, 0.6, 0.8}) {
+      if (segment.shape == Shape::kGround && rays_.altitude_km() <= 0) break;
+      elevations.push_back(segment.elevation_rad(x));
     }
+    const double sun = pi / 2 - solar_zenith_rad_;
+    if (segment.low_rad < sun && sun < segment.high_rad) elevations.push_back(sun);
   }
   std::vector<double> nodes;
   for (int k = 0; k < kFirstAzimuths; ++k) nodes.push_back(pi * k / (kFirstAzimuths - 1));
@@ -300,7 +259,8 @@ void SkyTable::fill() {
     wanted.clear();
   };
   for (Segment& segment : segments_) {
-    const int count = segment.shape == Shape::kUp ? 17 : segment.shape == Shape::kGround ? 9 : 3;
+    // The ground at one's feet is one from all sides.
+    const int count = segment.shape == Shape::kUp ? 17 : rays_.altitude_km() > 0 ? 13 : 3;
     Open axis;
     for (int k = 0; k < count; ++k) {
       const double x = static_cast<double>(k) / (count - 1);

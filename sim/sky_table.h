@@ -40,16 +40,17 @@ class CubicNodes {
 /// aerosol, of the single scattering's path integral without the phase function, both smooth; and
 /// the mean change of the Sun's place against the view by refraction, weighted like that integral.
 /// Every direction then has the phase functions of its own scattering angle, so that the aureole
-/// stays sharp. Nodes in elevation stand in coordinates in which the light is smooth: dense at the
-/// horizon, following it for observers above the ground, parted at the ground's edge and where
-/// views below the horizontal graze the layers' boundaries. They are chosen by bisection: each
-/// interval's middle is gathered, and halves are bisected on where it was interpolated worse than
-/// kTolerance. So the nodes depend on the sky alone, not on threads.
+/// stays sharp. Views that meet the ground and those above the horizontal are interpolated apart,
+/// in coordinates in which the light is smooth: dense at the horizon. Observers above the ground
+/// see air below the horizontal, too, a narrow belt with a kink wherever a view grazes a layer,
+/// which is left to the gather. Nodes are chosen by bisection: each interval's middle is gathered,
+/// and halves are bisected on where it was interpolated worse than kTolerance. So the nodes depend
+/// on the sky alone, not on threads.
 class SkyTable {
  public:
   /// Relative error of an interval's middle, before it becomes a node itself, at which its halves
   /// are bisected too. The error left is a tenth of it, see sim/README.md.
-  static constexpr double kTolerance = 1e-3;
+  static constexpr double kTolerance = 4e-4;
   /// Aerosols of more kinds are looked at direction by direction.
   static constexpr std::size_t kMostKinds = 12;
 
@@ -57,9 +58,8 @@ class SkyTable {
   SkyTable(const OrdersAtmosphere& atmosphere, const ObserverRays& rays, const OrdersGather& gather,
            double solar_zenith_rad);
 
-  /// Per unit solar irradiance, sr^-1, [lane]. False, radiance untouched, in the hairline between
-  /// the horizons of the colours and at the very top of the air seen from above: there views have
-  /// to be gathered.
+  /// Per unit solar irradiance, sr^-1, [lane]. False, radiance untouched, between the ground's
+  /// horizon and the horizontal (from above the air: its top): there views have to be gathered.
   bool radiance(double elevation_rad, double relative_azimuth_rad, float* radiance) const;
 
   std::size_t elevations() const { return columns_.size(); }
@@ -70,11 +70,10 @@ class SkyTable {
  private:
   // A range of elevations in which light is smooth in the coordinate x, 0..1, growing with
   // elevation.
-  enum class Shape { kGround, kLimb, kUp };
+  enum class Shape { kGround, kUp };
   struct Segment {
     Shape shape;
-    double low_rad, high_rad;
-    double cos_low, cos_high;
+    double low_rad, high_rad, cos_high;
     CubicNodes nodes;
     std::vector<std::size_t> column;
     double x(double elevation_rad) const;
@@ -99,7 +98,7 @@ class SkyTable {
   double solar_zenith_rad_;
   std::size_t L_, scatterers_, block_;  // block: floats per node
   std::vector<float> anisotropic_share_;
-  double lowest_sky_rad_ = 0, highest_ground_rad_ = 0, highest_air_rad_ = 10;
+  double highest_air_rad_ = 10;    // no air beyond
   std::vector<Segment> segments_;  // from below upwards
   CubicNodes azimuth_;
   std::vector<Column> columns_;
