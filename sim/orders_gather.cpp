@@ -27,17 +27,20 @@ OrdersGather::OrdersGather(const OrdersAtmosphere& atmosphere, double solar_zeni
                            double observer_altitude_km)
     : air_(atmosphere),
       lanes_(atmosphere.lanes()),
-      solar_zenith_rad_(solar_zenith_rad),
+      solar_zenith_{std::cos(solar_zenith_rad), std::sin(solar_zenith_rad)},
       observer_altitude_km_(observer_altitude_km) {}
 
 OrdersGather::SunHere OrdersGather::sun_at(double psi, double azimuth) const {
-  const double c = std::cos(solar_zenith_rad_), s = std::sin(solar_zenith_rad_);
-  const double cp = std::cos(psi), sp = std::sin(psi), cf = std::cos(azimuth);
-  const double x = c * cp + s * sp * cf;
-  const double along = cp * s * cf - sp * c, across = std::sin(azimuth) * s;
-  const double sine = std::hypot(along, across);
-  if (sine < 1e-12) return {x > 0 ? 0 : pi, 1, 0};
-  return {std::atan2(sine, x), along / sine, across / sine};
+  return sun_at({std::cos(psi), std::sin(psi)}, {std::cos(azimuth), std::sin(azimuth)});
+}
+
+OrdersGather::SunHere OrdersGather::sun_at(const Turn& psi, const Turn& azimuth) const {
+  const auto [c, s] = solar_zenith_;
+  const double x = c * psi.cosine + s * psi.sine * azimuth.cosine;
+  const double along = psi.cosine * s * azimuth.cosine - psi.sine * c, across = azimuth.sine * s;
+  const double sine = std::sqrt(along * along + across * across);
+  if (sine < 1e-12) return {x > 0 ? 0 : pi, x > 0 ? 1.0 : -1.0, 0, 1, 0};
+  return {std::atan2(sine, x), x, sine, along / sine, across / sine};
 }
 
 void OrdersGather::add_single(const RayPath& ray, double azimuth, Light light,

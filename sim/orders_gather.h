@@ -35,11 +35,17 @@ class OrdersGather {
   /// Elevation apparent; azimuth from the Sun's, clockwise. Q, U as StokesRadiance.
   Spectrum view(double elevation_rad, double relative_azimuth_rad, Light light) const;
 
-  /// The Sun above a point at a central angle along a ray.
+  /// The Sun above a point of a ray.
   struct SunHere {
-    double zenith_rad, cos_azimuth, sin_azimuth;  ///< azimuth of the ray from the Sun's
+    double zenith_rad, cos_zenith, sin_zenith;
+    double cos_azimuth, sin_azimuth;  ///< of the ray from the Sun's azimuth
   };
   SunHere sun_at(double central_angle_rad, double azimuth) const;
+  /// The same, cosine and sine of either angle given.
+  struct Turn {
+    double cosine, sine;
+  };
+  SunHere sun_at(const Turn& central_angle, const Turn& azimuth) const;
 
   /// Sources of multiple scattering stand no further apart than this central angle.
   static constexpr double kMultipleStep_rad = 0.4 * std::numbers::pi / 180;
@@ -54,7 +60,8 @@ class OrdersGather {
 
   const OrdersAtmosphere& air_;
   std::size_t lanes_;
-  double solar_zenith_rad_, observer_altitude_km_;
+  Turn solar_zenith_;
+  double observer_altitude_km_;
 };
 
 }  // namespace twilight

@@ -359,12 +359,15 @@ void SkyTable::add_multiple(const ObserverRay& ray, std::span<const double> azim
   std::vector<float> modes, air_weight(L_), a1(degrees * L_), b1(a1), p;
   std::vector<float> cosines(azimuths.size() * most);
   std::vector<EmissionTaps> taps(azimuths.size());
+  std::vector<OrdersGather::Turn> azimuth;
+  for (const double a : azimuths) azimuth.push_back({std::cos(a), std::sin(a)});
   p.resize(moment_count(optics.degree));
   for (std::size_t k = 0; k < ray.samples.size(); ++k) {
     const ObserverRay::Sample& sample = ray.samples[k];
     const float* weight = &ray.source_weight[k * scatterers_ * L_];
     // Zenith nodes that some azimuth's Sun lies among.
     const double psi = sample.central_angle_rad;
+    const OrdersGather::Turn turn{std::cos(psi), std::sin(psi)};
     const double far = solar_zenith_rad_ + psi;
     const auto stencil = [&](double zenith_rad) {
       return ZenithGrid::stencil(air_.zenith.position(zenith_rad), nodes);
@@ -408,7 +411,7 @@ void SkyTable::add_multiple(const ObserverRay& ray, std::span<const double> azim
     modes.resize(in.nodes * count * L_);
     emission_modes(in, modes.data());
     for (std::size_t a = 0; a < azimuths.size(); ++a) {
-      const OrdersGather::SunHere sun = gather_.sun_at(psi, azimuths[a]);
+      const OrdersGather::SunHere sun = gather_.sun_at(turn, azimuth[a]);
       const ZenithGrid::Stencil s = stencil(sun.zenith_rad);
       EmissionTaps& t = taps[a];
       t.modes = &modes[(std::clamp(s.first, first, end - 4) - first) * count * L_];
@@ -465,18 +468,22 @@ void SkyTable::add_single(const ObserverRay& ray, std::span<const double> azimut
   const double ct = std::cos(ray.zenith_rad), st = std::sin(ray.zenith_rad);
   std::vector<BeamTaps> taps(ray.windows.size());
   for (std::size_t a = 0; a < azimuths.size(); ++a) {
-    const double cf = std::cos(azimuths[a]);
+    const double cf = std::cos(azimuths[a]), sf = std::sin(azimuths[a]);
     // The Sun in the view's vertical plane at the observer, unrefracted.
     const double along = ct * cs + st * ss * cf, below = ss * ct * cf - cs * st;
     for (std::size_t k = 0; k < ray.windows.size(); ++k) {
       const ObserverRay::Window& window = ray.windows[k];
-      const OrdersGather::SunHere sun = gather_.sun_at(window.central_angle_rad, azimuths[a]);
+      const OrdersGather::SunHere sun = gather_.sun_at(
+          OrdersGather::Turn{window.cos_angle, window.sin_angle}, OrdersGather::Turn{cf, sf});
       BeamTaps& t = taps[k];
       t.sun = air_.sunlit->taps(window.place, sun.zenith_rad);
       t.above = static_cast<float>(window.place.above);
       t.share_per_rad = static_cast<float>(-sun.cos_azimuth / SunlitAir::step_rad());
-      const double apparent = sun.zenith_rad - t.sun.bending_rad;
-      const double ca = std::cos(apparent), sa = std::sin(apparent);
+      // The Sun lifted by refraction, at most 1.5 degrees.
+      const double bend = t.sun.bending_rad, cb = 1 - 0.5 * bend * bend;
+      const double sb = bend * (1 - bend * bend / 6);
+      const double ca = sun.cos_zenith * cb + sun.sin_zenith * sb;
+      const double sa = sun.sin_zenith * cb - sun.cos_zenith * sb;
       t.along = static_cast<float>(window.cos_zenith * ca +
                                    window.sin_zenith * sa * sun.cos_azimuth - along);
       t.below = static_cast<float>(sa * window.cos_zenith * sun.cos_azimuth -
