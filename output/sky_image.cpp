@@ -167,7 +167,7 @@ SkyMap render_map(const Sky& sky, const ColourIntegrator& integrator, const MapS
     control.check();
     views.clear();
     for (const Pending& p : batch) views.push_back(p.view);
-    const auto radiance = sky.radiance(views);
+    const auto radiance = sky.map_radiance(views);
     if (radiance.size() != views.size() * wavelengths) {
       throw std::logic_error("sky returned " + std::to_string(radiance.size()) + " radiances for " +
                              std::to_string(views.size()) + " views of " +

@@ -125,6 +125,9 @@ struct SolverOptions {
   int phase_degree = 24;          ///< of the aerosol phase function in multiple scattering, 2..64
   double order_tolerance = 1e-3;  ///< stop when the orders left add less, relative, 1e-8..0.1
   bool single_precision = true;   ///< the field in float; false = double
+  /// Maps interpolate between directions chosen for 0.1 % (99.9 % of them; 0.5 % at worst); false:
+  /// every pixel is gathered. Single views always are.
+  bool view_interpolation = true;
 
   // "monte-carlo"
   double target_relative_error = 0.01;  ///< one sigma of each radiance, 1e-5..1

@@ -141,6 +141,9 @@ constexpr SceneKey kKeys[] = {
      "orders: stop when the orders left add less than this share, 1e-8..0.1"},
     {"solver.single_precision", TWILIGHT_FIELD(solver.single_precision),
      "orders: the field in single precision, true, or in double, false"},
+    {"solver.view_interpolation", TWILIGHT_FIELD(solver.view_interpolation),
+     "orders: maps interpolated between directions chosen for an error below 0.1 %, true, or every "
+     "pixel gathered, false"},
     {"solver.target_relative_error", TWILIGHT_FIELD(solver.target_relative_error),
      "monte-carlo: standard error of each radiance over its value, 1e-5..1"},
     {"solver.photons", TWILIGHT_FIELD(solver.photons),
