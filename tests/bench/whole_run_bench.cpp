@@ -8,11 +8,12 @@
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <stdexcept>
 #include <string>
 #include <thread>
 #include <vector>
+
+#include "output/machine.h"
 
 namespace {
 
@@ -20,15 +21,6 @@ struct Run {
   double seconds = 0;
   double peak_mib = 0;
 };
-
-std::string processor() {
-  std::ifstream info("/proc/cpuinfo");
-  for (std::string line; std::getline(info, line);) {
-    const auto colon = line.find(": ");
-    if (line.starts_with("model name") && colon != std::string::npos) return line.substr(colon + 2);
-  }
-  return "unknown processor";
-}
 
 Run render(const std::string& scene, const std::string& image) {
   const auto start = std::chrono::steady_clock::now();
@@ -59,7 +51,7 @@ int main(int argc, char** argv) try {
   }
   const auto image = std::filesystem::temp_directory_path() /
                      fmt::format("twilight-bench-{}.exr", static_cast<long>(::getpid()));
-  fmt::print("{}, {} hardware threads, {} runs each\n\n", processor(),
+  fmt::print("{}, {} hardware threads, {} runs each\n\n", twilight::this_machine().processor,
              std::thread::hardware_concurrency(), runs);
   fmt::print("| scene | least s | median s | most s | peak memory MiB |\n|---|---|---|---|---|\n");
   for (const std::string& scene : scenes) {
