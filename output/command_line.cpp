@@ -88,6 +88,7 @@ void add_tradeoff(CLI::App& app, CommandLine& line) {
       "run only rungs whose name, group or kind matches, as 'cells-*' or approximation");
   sub->add_option("--suns", options.suns,
                   "elevations of the Sun, degrees [30,5,0,-3,-6,-9,-12; quick: 5,-3,-6]");
+  sub->add_option("--repeat", options.repeat, "runs of every rung; the least seconds count [1]");
   sub->add_flag("--quick", options.quick, "few rungs, coarse grids, three Suns");
   sub->add_flag("--fresh", options.fresh, "run again what is there already");
 

@@ -135,6 +135,7 @@ class PanelDrawing {
         y_(panel.y, values(panel, true), kHeight - kBottom, kTop) {}
 
   std::string svg() {
+    for (const PlotSeries& s : panel_.series) check_marks(s);
     frame();
     // The legend's place is taken before texts are laid out.
     std::string legend = draw_legend();
@@ -152,6 +153,15 @@ class PanelDrawing {
   }
 
  private:
+  static void check_marks(const PlotSeries& s) {
+    const int points = static_cast<int>(s.points.size());
+    for (const auto& [index, text] : s.marks) {
+      if (index >= 0 && index < points) continue;
+      throw std::invalid_argument(
+          fmt::format("mark '{}' is at point {}: must be 0..{}", text, index, points - 1));
+    }
+  }
+
   static std::vector<double> values(const PlotPanel& panel, bool y) {
     std::vector<double> all;
     for (const PlotSeries& s : panel.series) {
@@ -295,10 +305,6 @@ class PanelDrawing {
     const PlotSeries& s = panel_.series[series];
     const std::string shade = colour(series);
     for (const auto& [index, text] : s.marks) {
-      if (index < 0 || static_cast<std::size_t>(index) >= s.points.size()) {
-        throw std::invalid_argument(fmt::format("mark '{}' is at point {}: must be 0..{}", text,
-                                                index, s.points.size() - 1));
-      }
       const auto& p = s.points[static_cast<std::size_t>(index)];
       if (!shows(p)) continue;
       const double u = x_.pixel(p.first), v = y_.pixel(p.second);

@@ -68,14 +68,15 @@ std::string suns_text(const std::vector<double>& suns_deg) {
   return fmt::format("{}", fmt::join(suns_deg, ","));
 }
 
-PlannedRung planned(Rung rung, const Scene& scene, const std::vector<double>& suns_deg) {
+PlannedRung planned(Rung rung, const Scene& scene, const std::vector<double>& suns_deg,
+                    int repeat) {
   PlannedRung result;
   const Scene there = portable(scene);
   result.scene_toml = to_toml(there);
   const auto& layers = there.atmosphere.optical_layers;
   result.inputs =
-      fnv1a64(fmt::format("twilight {}\n{}\n{}\n{}\n{}", kVersion, rung.name, suns_text(suns_deg),
-                          result.scene_toml, layers ? text_of(*layers) : ""));
+      fnv1a64(fmt::format("twilight {}\n{} x {}\n{}\n{}\n{}", kVersion, rung.name, repeat,
+                          suns_text(suns_deg), result.scene_toml, layers ? text_of(*layers) : ""));
   result.rung = std::move(rung);
   return result;
 }
@@ -113,8 +114,10 @@ std::string now_utc() { return fmt::format("{:%FT%TZ}", fmt::gmtime(std::time(nu
 std::string to_json(const RungRun& run) {
   json costs = json::array();
   for (const SunCost& c : run.cost) {
-    costs.push_back(
-        {{"seconds", c.seconds}, {"cpu_seconds", c.cpu_seconds}, {"peak_mib", c.peak_mib}});
+    costs.push_back({{"seconds", c.seconds},
+                     {"cpu_seconds", c.cpu_seconds},
+                     {"peak_mib", c.peak_mib},
+                     {"most_seconds", c.most_seconds}});
   }
   return json({{"name", run.name},
                {"inputs", run.inputs},
@@ -148,7 +151,7 @@ RungRun rung_run_from_json(const std::string& text) {
   j.at("cpu_seconds").get_to(run.cpu_seconds);
   for (const json& c : j.at("cost")) {
     run.cost.push_back({c.at("seconds").get<double>(), c.at("cpu_seconds").get<double>(),
-                        c.at("peak_mib").get<double>()});
+                        c.at("peak_mib").get<double>(), c.at("most_seconds").get<double>()});
   }
   run.sample = sky_sample_from_json(j.at("sample").dump());
   if (run.cost.size() != run.sample.suns.size()) {
@@ -224,24 +227,43 @@ void add_process(const PlannedRung& planned, const std::vector<double>& suns_deg
   run.sample.wavelength_nm = sample.wavelength_nm;
   run.sample.peak_mib = std::max(run.sample.peak_mib, sample.peak_mib);
   for (SunSample& s : sample.suns) {
-    run.cost.push_back({child.seconds - others + s.view_seconds,
-                        child.cpu_seconds - others_cpu + s.view_cpu_seconds, sample.peak_mib});
+    const double seconds = child.seconds - others + s.view_seconds;
+    run.cost.push_back(
+        {seconds, child.cpu_seconds - others_cpu + s.view_cpu_seconds, sample.peak_mib, seconds});
     run.sample.suns.push_back(std::move(s));
   }
 }
 
-RungRun run_rung(const PlannedRung& planned, const std::vector<double>& suns_deg,
-                 const Machine& machine, const RunControl& control) {
+RungRun run_once(const PlannedRung& planned, const std::vector<double>& suns_deg,
+                 const RunControl& control) {
   RungRun run;
-  run.name = planned.rung.name;
-  run.inputs = planned.inputs;
-  run.scene_toml = planned.scene_toml;
-  run.machine = machine;
   if (planned.rung.method == "orders") {
     add_process(planned, suns_deg, control, run);  // one field for all
   } else {
     for (const double sun_deg : suns_deg) add_process(planned, {sun_deg}, control, run);
   }
+  return run;
+}
+
+RungRun run_rung(const PlannedRung& planned, const std::vector<double>& suns_deg, int repeat,
+                 const Machine& machine, const RunControl& control) {
+  RungRun run = run_once(planned, suns_deg, control);
+  for (int k = 1; k < repeat; ++k) {
+    const RungRun again = run_once(planned, suns_deg, control);
+    run.seconds = std::min(run.seconds, again.seconds);
+    run.cpu_seconds = std::min(run.cpu_seconds, again.cpu_seconds);
+    for (std::size_t i = 0; i < run.cost.size(); ++i) {
+      SunCost& cost = run.cost[i];
+      const SunCost& other = again.cost[i];
+      cost = {std::min(cost.seconds, other.seconds), std::min(cost.cpu_seconds, other.cpu_seconds),
+              std::max(cost.peak_mib, other.peak_mib),
+              std::max(cost.most_seconds, other.most_seconds)};
+    }
+  }
+  run.name = planned.rung.name;
+  run.inputs = planned.inputs;
+  run.scene_toml = planned.scene_toml;
+  run.machine = machine;
   run.date = now_utc();
   return run;
 }
@@ -356,7 +378,7 @@ void plan_reference(TradeoffPlan& plan, const std::vector<std::string>& base, co
   }
   rung.overrides = joined(rung.overrides, options.reference_overrides);
   const LoadedScene loaded = load_scene(options.scene, joined(base, rung.overrides));
-  plan.reference = planned(rung, loaded.scene, plan.suns_deg);
+  plan.reference = planned(rung, loaded.scene, plan.suns_deg, 1);
 }
 
 }  // namespace
@@ -405,6 +427,9 @@ TradeoffPlan plan_tradeoff(const TradeoffOptions& options) {
   TradeoffPlan plan;
   plan.options = options;
   plan.suns_deg = parse_suns(options.suns, options.quick);
+  if (options.repeat < 1 || options.repeat > 100) {
+    throw std::invalid_argument(fmt::format("--repeat {}: must be 1..100", options.repeat));
+  }
   if (options.directory.empty()) throw std::invalid_argument("-o: must name a folder");
   if (fs::exists(options.directory) && !fs::is_directory(options.directory)) {
     throw std::invalid_argument(
@@ -425,7 +450,7 @@ TradeoffPlan plan_tradeoff(const TradeoffOptions& options) {
     }
     try {
       const LoadedScene there = load_scene(options.scene, joined(base, rung.overrides));
-      PlannedRung p = planned(rung, there.scene, plan.suns_deg);
+      PlannedRung p = planned(rung, there.scene, plan.suns_deg, options.repeat);
       const auto [same, first] = named.try_emplace(p.scene_toml, rung.name);
       if (!first) p.skipped = fmt::format("the same settings as '{}'", same->second);
       plan.rungs.push_back(std::move(p));
@@ -461,7 +486,7 @@ TradeoffOutcome run_tradeoff(const TradeoffPlan& plan, const RunControl& control
       rung.run = stored(rungs / (p.rung.name + ".json"), p.inputs);
       if (rung.run) {
         rung.state = RungState::kDone;
-        progress.learn(p.rung.method, rung.run->seconds);
+        progress.learn(p.rung.method, plan.options.repeat * rung.run->seconds);
         ++outcome.kept;
       }
     }
@@ -472,7 +497,7 @@ TradeoffOutcome run_tradeoff(const TradeoffPlan& plan, const RunControl& control
   if (!reference) {
     progress.begin(kReferenceName);
     try {
-      reference = run_rung(plan.reference, plan.suns_deg, machine, control);
+      reference = run_rung(plan.reference, plan.suns_deg, 1, machine, control);
     } catch (const RungFailed& error) {
       throw std::runtime_error(fmt::format("the reference failed: {}", error.what()));
     }
@@ -491,9 +516,9 @@ TradeoffOutcome run_tradeoff(const TradeoffPlan& plan, const RunControl& control
     control.check();
     progress.begin(p.rung.name);
     try {
-      rung.run = run_rung(p, plan.suns_deg, machine, control);
+      rung.run = run_rung(p, plan.suns_deg, plan.options.repeat, machine, control);
       rung.state = RungState::kDone;
-      progress.learn(p.rung.method, rung.run->seconds);
+      progress.learn(p.rung.method, plan.options.repeat * rung.run->seconds);
       store(rungs / (p.rung.name + ".json"), *rung.run);
     } catch (const RungFailed& error) {
       rung.state = RungState::kFailed;

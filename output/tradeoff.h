@@ -26,6 +26,7 @@ struct TradeoffOptions {
   std::optional<std::string> only;  ///< run the rungs whose name or group this glob matches
   bool quick = false;               ///< a short ladder, coarse grids, three Suns
   bool fresh = false;               ///< run again what is there already
+  int repeat = 1;                   ///< 1..100 runs of every rung; the least seconds count
   std::string suns;                 ///< "30,5,-6", deg; empty: the usual ones
 };
 
@@ -48,9 +49,11 @@ struct TradeoffPlan {
   std::optional<std::filesystem::path> reference_file;  ///< instead of running one
 };
 
-/// What one Sun of a rung took, as if it had been the only one.
+/// What one Sun of a rung took, as if it had been the only one: the least of all repeats, and the
+/// most seconds; the largest memory.
 struct SunCost {
   double seconds = 0.0, cpu_seconds = 0.0, peak_mib = 0.0;
+  double most_seconds = 0.0;
 };
 
 /// A rung that was run, now or before.
@@ -58,7 +61,7 @@ struct RungRun {
   std::string name, inputs, scene_toml, date;
   std::string scene_inputs;  ///< of the reference: TradeoffPlan::scene_inputs
   Machine machine;
-  double seconds = 0.0, cpu_seconds = 0.0;  ///< of all Suns: what the processes took
+  double seconds = 0.0, cpu_seconds = 0.0;  ///< of all Suns, of the quickest repeat
   SkySample sample;
   std::vector<SunCost> cost;  ///< one per Sun of the sample
 };

@@ -194,7 +194,7 @@ void add_settings(LadderMaker& make) {
     make.values(method, "top, km", "top", "atmosphere.top_km", {"50", "70", "85", "100", "120"}, {},
                 RungNeeds::kProfile);
     make.values(method, "orders of scattering", "events", "solver.scattering_orders",
-                {"1", "2", "3", "4", "5", "8"},
+                {"1", "2", "3", "4", "8"},  // five is an approximation of the paper
                 cells ? std::initializer_list<const char*>{"1"}
                       : std::initializer_list<const char*>{"1", "3"});
     make.wavelengths(method, cells ? "" : "3");

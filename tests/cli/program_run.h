@@ -18,7 +18,7 @@ struct Finished {
 };
 
 /// Checks that the program refused its input: exit code 2, nothing on standard output, one line on
-/// standard error that holds every fragment.
+/// standard error (warnings apart) that holds every fragment.
 void expect_refused(const Finished& finished, const std::vector<std::string>& fragments);
 
 /// Arguments followed by more of them.

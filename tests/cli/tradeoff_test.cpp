@@ -272,6 +272,8 @@ TEST(CliTradeoff, ChangedSceneRunsAgainAndAnEarlierReferenceServes) {
   };
   says(place.run(command), "2 run now, 0 kept");
   says(place.run(command), "0 run now, 2 kept");
+  // More repeats are another measurement of the same figures; the reference is not timed.
+  says(place.run(with(command, {"--repeat", "2"})), "1 run now, 1 kept");
   // A damaged file counts as none.
   place.write("out/rungs/orders-events-1.json", "{");
   says(place.run(command), "1 run now, 1 kept");
@@ -300,6 +302,7 @@ TEST(CliTradeoffUsage, BadInputIsRefusedAndLeavesNothing) {
       {{"-o", "out", "--suns", "5,91"}, {"--suns", "91", "-18..90"}},
       {{"-o", "out", "--suns", "5,x"}, {"--suns", "'x'", "-18..90"}},
       {{"-o", "out", "--suns", "5,5"}, {"--suns", "twice"}},
+      {{"-o", "out", "--repeat", "0"}, {"--repeat 0", "1..100"}},
       {{"-o", "out", "--only", "no-such-rung"}, {"--only no-such-rung", "must match"}},
       {{"-o", "out", "--reference", "absent.json"}, {"absent.json", "cannot be read"}},
       {{"-o", "out", "--reference", "scene.toml"}, {"scene.toml", "no sampled sky"}},
