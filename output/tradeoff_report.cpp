@@ -31,7 +31,8 @@ const SunSample* sun_of(const RungRun& run, double sun_deg) {
 
 /// A kind of error: how files call it, and where rows and means keep it.
 struct Measure {
-  const char* name;
+  const char* name;   // in columns and files
+  const char* title;  // in headings
   const char* axis;
   double factor;  // to the unit of tables and plots
   std::optional<Spread> SkyDifference::*of_row;
@@ -40,6 +41,7 @@ struct Measure {
   bool TradeoffMean::*mean_front;
 };
 constexpr Measure kRadiance = {"radiance",
+                               "radiance",
                                "mean |L/L_ref - 1| of spectral radiance, per cent",
                                100,
                                &SkyDifference::radiance,
@@ -47,6 +49,7 @@ constexpr Measure kRadiance = {"radiance",
                                &TradeoffRow::front_radiance,
                                &TradeoffMean::front_radiance};
 constexpr Measure kLuminance = {"luminance",
+                                "luminance",
                                 "mean |L/L_ref - 1| of luminance, per cent",
                                 100,
                                 &SkyDifference::luminance,
@@ -54,6 +57,7 @@ constexpr Measure kLuminance = {"luminance",
                                 &TradeoffRow::front_luminance,
                                 &TradeoffMean::front_luminance};
 constexpr Measure kColour = {"ciede2000",
+                             "CIEDE2000",
                              "mean CIEDE2000",
                              1,
                              &SkyDifference::ciede2000,
@@ -335,7 +339,7 @@ void write_front(const fs::path& path, const TradeoffPlan& plan, const TradeoffO
     text += fmt::format(
         "\n## By {}\n\nIn the last columns the mean by Sun elevation{}.\n\n"
         "| rung | settings | seconds | MiB | radiance, % | luminance, % | CIEDE2000 |{}\n{}\n",
-        m.name, m.factor == 1 ? "" : ", per cent", suns, rule);
+        m.title, m.factor == 1 ? "" : ", per cent", suns, rule);
     for (const TradeoffMean& mean : means) {
       if (!(mean.*m.mean_front)) continue;
       const Rung& rung = mean.rung->planned.rung;
@@ -467,7 +471,8 @@ void write_plot(const fs::path& path, const Measure& m, bool memory, const Trade
     for (const std::size_t i : pareto_front(pairs)) points[i].front = true;
     panels.push_back(tradeoff_panel(fmt::format("Sun {:g}&#176;", sun), cost, error, points));
   }
-  write_svg_plot(path, fmt::format("{} against error in {}", memory ? "Memory" : "Seconds", m.name),
+  write_svg_plot(path,
+                 fmt::format("{} against error in {}", memory ? "Memory" : "Seconds", m.title),
                  panels, 2);
 }
 
@@ -481,7 +486,7 @@ void write_front_plot(const fs::path& path, const std::vector<TradeoffMean>& mea
       points.push_back({mean.rung, mean.cost.seconds, m.factor * s->mean, mean.*m.mean_front});
     }
     panels.push_back(
-        tradeoff_panel(fmt::format("Seconds against error in {}, mean over the Suns", m.name),
+        tradeoff_panel(fmt::format("Seconds against error in {}, mean over the Suns", m.title),
                        {.label = "seconds for one sky", .logarithmic = true},
                        {.label = m.axis, .logarithmic = true}, points));
   }

@@ -5,6 +5,8 @@
 #include <chrono>
 #include <csignal>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <thread>
@@ -259,6 +261,52 @@ TEST(CliTradeoff, InterruptEndsParentAndChildAndKeepsWhatIsDone) {
   // No half file.
   for (const auto& entry : fs::recursive_directory_iterator(place.path("out")))
     EXPECT_FALSE(entry.path().filename().string().starts_with(".")) << entry.path();
+}
+
+// Kills the first child that the program in this folder starts.
+void kill_first_child_in(const fs::path& folder) {
+  for (int waited = 0; waited < 6000; ++waited) {
+    for (const auto& entry : fs::directory_iterator("/proc")) {
+      std::error_code hidden;
+      if (fs::read_symlink(entry.path() / "cwd", hidden) != folder || hidden) continue;
+      std::ifstream stream(entry.path() / "cmdline");
+      const std::string command{std::istreambuf_iterator<char>(stream), {}};
+      if (command.find("tradeoff-rung") == std::string::npos) continue;
+      ::kill(std::stoi(entry.path().filename().string()), SIGKILL);
+      return;
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+}
+
+TEST(CliTradeoff, CrashCostsOneRung) {
+  const Workplace place;
+  place.write("scene.toml", kScene);
+  ASSERT_EQ(place.run(with(with(kLadder, kSameGrid), {"--only", "orders-events-1"})).exit_code, 0);
+
+  std::thread killer(kill_first_child_in, place.path("").parent_path());
+  const std::vector<std::string> command = with(with(kLadder, kFewRungs), kSameGrid);
+  const Finished finished = place.run(command);
+  killer.join();
+  EXPECT_EQ(finished.exit_code, 1);
+  EXPECT_NE(finished.err.find("rung orders-events-3 failed: its process was ended by signal 9"),
+            std::string::npos)
+      << finished.err;
+  const auto manifest = nlohmann::json::parse(place.read("out/tradeoff.json"));
+  for (const auto& rung : manifest.at("rungs")) {
+    const std::string name = rung.at("name");
+    const char* state = name == "orders-events-1"   ? "done"
+                        : name == "orders-events-3" ? "failed"
+                                                    : nullptr;
+    if (state != nullptr) {
+      EXPECT_EQ(rung.at("state"), state);
+    }
+  }
+  EXPECT_EQ(rows_of(place.read("out/tradeoff.csv")).size(), 2u);
+
+  const Finished again = place.run(command);
+  EXPECT_EQ(again.exit_code, 0) << again.err;
+  EXPECT_NE(again.err.find("1 run now, 2 kept"), std::string::npos) << again.err;
 }
 
 TEST(CliTradeoff, ChangedSceneRunsAgainAndAnEarlierReferenceServes) {
