@@ -13,11 +13,9 @@
 #include <fstream>
 #include <iterator>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <stdexcept>
 
 #include "atmosphere/csv_line.h"
-#include "output/atomic_file.h"
 #include "output/checksum.h"
 #include "output/child_run.h"
 #include "output/command_line.h"
@@ -27,7 +25,6 @@ namespace twilight {
 namespace {
 
 namespace fs = std::filesystem;
-using nlohmann::json;
 
 constexpr const char* kReferenceName = "reference";
 
@@ -36,11 +33,8 @@ class RungFailed : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-std::string text_of(const fs::path& path) {
+std::string whole_file(const fs::path& path) {
   std::ifstream stream(path, std::ios::binary);
-  if (!stream || fs::is_directory(path)) {
-    throw std::runtime_error(fmt::format("{}: cannot be read", path.string()));
-  }
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
@@ -61,7 +55,7 @@ std::string physics_inputs(Scene scene) {
   scene.sun.disc_average.reset();
   scene.aerosols.phase.reset();
   const auto& layers = scene.atmosphere.optical_layers;
-  return fnv1a64(to_toml(scene) + (layers ? text_of(*layers) : ""));
+  return fnv1a64(to_toml(scene) + (layers ? whole_file(*layers) : ""));
 }
 
 std::string suns_text(const std::vector<double>& suns_deg) {
@@ -74,9 +68,9 @@ PlannedRung planned(Rung rung, const Scene& scene, const std::vector<double>& su
   const Scene there = portable(scene);
   result.scene_toml = to_toml(there);
   const auto& layers = there.atmosphere.optical_layers;
-  result.inputs =
-      fnv1a64(fmt::format("twilight {}\n{} x {}\n{}\n{}\n{}", kVersion, rung.name, repeat,
-                          suns_text(suns_deg), result.scene_toml, layers ? text_of(*layers) : ""));
+  result.inputs = fnv1a64(fmt::format("twilight {}\n{} x {}\n{}\n{}\n{}", kVersion, rung.name,
+                                      repeat, suns_text(suns_deg), result.scene_toml,
+                                      layers ? whole_file(*layers) : ""));
   result.rung = std::move(rung);
   return result;
 }
@@ -110,83 +104,6 @@ void choose(std::vector<PlannedRung>& rungs, const std::string& glob) {
 }
 
 std::string now_utc() { return fmt::format("{:%FT%TZ}", fmt::gmtime(std::time(nullptr))); }
-
-std::string to_json(const RungRun& run) {
-  json costs = json::array();
-  for (const SunCost& c : run.cost) {
-    costs.push_back({{"seconds", c.seconds},
-                     {"cpu_seconds", c.cpu_seconds},
-                     {"peak_mib", c.peak_mib},
-                     {"most_seconds", c.most_seconds}});
-  }
-  return json({{"name", run.name},
-               {"inputs", run.inputs},
-               {"scene", run.scene_toml},
-               {"scene_inputs", run.scene_inputs},
-               {"version", kVersion},
-               {"date", run.date},
-               {"processor", run.machine.processor},
-               {"cores", run.machine.cores},
-               {"simd", run.machine.simd},
-               {"seconds", run.seconds},
-               {"cpu_seconds", run.cpu_seconds},
-               {"cost", std::move(costs)},
-               {"sample", json::parse(to_json(run.sample))}})
-             .dump(1) +
-         "\n";
-}
-
-RungRun rung_run_from_json(const std::string& text) {
-  const json j = json::parse(text);
-  RungRun run;
-  j.at("name").get_to(run.name);
-  j.at("inputs").get_to(run.inputs);
-  j.at("scene").get_to(run.scene_toml);
-  j.at("scene_inputs").get_to(run.scene_inputs);
-  j.at("date").get_to(run.date);
-  j.at("processor").get_to(run.machine.processor);
-  j.at("cores").get_to(run.machine.cores);
-  j.at("simd").get_to(run.machine.simd);
-  j.at("seconds").get_to(run.seconds);
-  j.at("cpu_seconds").get_to(run.cpu_seconds);
-  for (const json& c : j.at("cost")) {
-    run.cost.push_back({c.at("seconds").get<double>(), c.at("cpu_seconds").get<double>(),
-                        c.at("peak_mib").get<double>(), c.at("most_seconds").get<double>()});
-  }
-  run.sample = sky_sample_from_json(j.at("sample").dump());
-  if (run.cost.size() != run.sample.suns.size()) {
-    throw std::runtime_error(
-        fmt::format("{} costs of {} Suns", run.cost.size(), run.sample.suns.size()));
-  }
-  return run;
-}
-
-RungRun read_run(const fs::path& path) {
-  try {
-    return rung_run_from_json(text_of(path));
-  } catch (const std::exception& error) {
-    throw std::runtime_error(
-        fmt::format("{}: holds no sampled sky: {}", path.string(), error.what()));
-  }
-}
-
-// What was run before with the same inputs. Whatever else the file holds is run again.
-std::optional<RungRun> stored(const fs::path& path, const std::string& inputs) {
-  if (!fs::exists(path)) return std::nullopt;
-  try {
-    RungRun run = rung_run_from_json(text_of(path));
-    if (run.inputs == inputs) return run;
-  } catch (const std::exception&) {
-    // Damaged, or of another version.
-  }
-  return std::nullopt;
-}
-
-void store(const fs::path& path, const RungRun& run) {
-  AtomicFile file(path);
-  file.write(to_json(run));
-  file.commit();
-}
 
 std::string last_line(const std::string& text) {
   const std::size_t end = text.find_last_not_of('\n');
@@ -331,7 +248,7 @@ class LadderProgress {
 
 // A reference of an earlier run, if it is of this scene and these Suns.
 RungRun reference_of_file(const fs::path& path, const TradeoffPlan& plan) {
-  RungRun run = read_run(path);
+  RungRun run = read_rung_run(path);
   if (run.scene_inputs != plan.scene_inputs) {
     throw std::invalid_argument(fmt::format(
         "--reference {}: is of another scene: must be of the same Sun, observer, earth, "
@@ -472,7 +389,8 @@ TradeoffOutcome run_tradeoff(const TradeoffPlan& plan, const RunControl& control
   const Machine machine = this_machine();
   LadderProgress progress(control);
 
-  if (!reference && !plan.options.fresh) reference = stored(reference_path, plan.reference.inputs);
+  if (!reference && !plan.options.fresh)
+    reference = stored_rung_run(reference_path, plan.reference.inputs);
   if (reference) {
     ++outcome.kept;
   } else {
@@ -483,7 +401,7 @@ TradeoffOutcome run_tradeoff(const TradeoffPlan& plan, const RunControl& control
     if (!p.skipped.empty()) {
       rung.state = RungState::kSkipped;
     } else if (!plan.options.fresh || !p.wanted) {
-      rung.run = stored(rungs / (p.rung.name + ".json"), p.inputs);
+      rung.run = stored_rung_run(rungs / (p.rung.name + ".json"), p.inputs);
       if (rung.run) {
         rung.state = RungState::kDone;
         progress.learn(p.rung.method, plan.options.repeat * rung.run->seconds);
@@ -504,9 +422,9 @@ TradeoffOutcome run_tradeoff(const TradeoffPlan& plan, const RunControl& control
     reference->scene_inputs = plan.scene_inputs;
     progress.end(kReferenceName);
     ++outcome.ran;
-    store(reference_path, *reference);
+    write_rung_run(reference_path, *reference);
   } else if (plan.reference_file) {
-    store(reference_path, *reference);
+    write_rung_run(reference_path, *reference);
   }
   outcome.reference = std::move(*reference);
 
@@ -519,7 +437,7 @@ TradeoffOutcome run_tradeoff(const TradeoffPlan& plan, const RunControl& control
       rung.run = run_rung(p, plan.suns_deg, plan.options.repeat, machine, control);
       rung.state = RungState::kDone;
       progress.learn(p.rung.method, plan.options.repeat * rung.run->seconds);
-      store(rungs / (p.rung.name + ".json"), *rung.run);
+      write_rung_run(rungs / (p.rung.name + ".json"), *rung.run);
     } catch (const RungFailed& error) {
       rung.state = RungState::kFailed;
       rung.reason = error.what();

@@ -7,8 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "output/machine.h"
-#include "output/sky_sample.h"
+#include "output/rung_run.h"
 #include "output/tradeoff_ladder.h"
 #include "sim/run_control.h"
 #include "sim/scene.h"
@@ -47,23 +46,6 @@ struct TradeoffPlan {
   std::vector<PlannedRung> rungs;
   PlannedRung reference;
   std::optional<std::filesystem::path> reference_file;  ///< instead of running one
-};
-
-/// What one Sun of a rung took, as if it had been the only one: the least of all repeats, and the
-/// most seconds; the largest memory.
-struct SunCost {
-  double seconds = 0.0, cpu_seconds = 0.0, peak_mib = 0.0;
-  double most_seconds = 0.0;
-};
-
-/// A rung that was run, now or before.
-struct RungRun {
-  std::string name, inputs, scene_toml, date;
-  std::string scene_inputs;  ///< of the reference: TradeoffPlan::scene_inputs
-  Machine machine;
-  double seconds = 0.0, cpu_seconds = 0.0;  ///< of all Suns, of the quickest repeat
-  SkySample sample;
-  std::vector<SunCost> cost;  ///< one per Sun of the sample
 };
 
 enum class RungState { kDone, kSkipped, kFailed, kNotRun };

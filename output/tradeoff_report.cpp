@@ -5,8 +5,6 @@
 
 #include <algorithm>
 #include <iostream>
-#include <limits>
-#include <map>
 #include <nlohmann/json.hpp>
 
 #include "output/atomic_file.h"
@@ -14,85 +12,13 @@
 #include "output/csv_table.h"
 #include "output/pareto_front.h"
 #include "output/svg_plot.h"
+#include "output/tradeoff_rows.h"
 
 namespace twilight {
 namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
-
-constexpr const char* kReference = "reference";
-constexpr double kNone = std::numeric_limits<double>::infinity();
-
-const SunSample* sun_of(const RungRun& run, double sun_deg) {
-  const auto found = std::ranges::find(run.sample.suns, sun_deg, &SunSample::sun_elevation_deg);
-  return found == run.sample.suns.end() ? nullptr : &*found;
-}
-
-/// A kind of error: how files call it, and where rows and means keep it.
-struct Measure {
-  const char* name;   // in columns and files
-  const char* title;  // in headings
-  const char* axis;
-  double factor;  // to the unit of tables and plots
-  std::optional<Spread> SkyDifference::*of_row;
-  std::optional<Spread> TradeoffMean::*of_mean;
-  bool TradeoffRow::*row_front;
-  bool TradeoffMean::*mean_front;
-};
-constexpr Measure kRadiance = {"radiance",
-                               "radiance",
-                               "mean |L/L_ref - 1| of spectral radiance, per cent",
-                               100,
-                               &SkyDifference::radiance,
-                               &TradeoffMean::radiance,
-                               &TradeoffRow::front_radiance,
-                               &TradeoffMean::front_radiance};
-constexpr Measure kLuminance = {"luminance",
-                                "luminance",
-                                "mean |L/L_ref - 1| of luminance, per cent",
-                                100,
-                                &SkyDifference::luminance,
-                                &TradeoffMean::luminance,
-                                &TradeoffRow::front_luminance,
-                                &TradeoffMean::front_luminance};
-constexpr Measure kColour = {"ciede2000",
-                             "CIEDE2000",
-                             "mean CIEDE2000",
-                             1,
-                             &SkyDifference::ciede2000,
-                             &TradeoffMean::ciede2000,
-                             &TradeoffRow::front_ciede2000,
-                             &TradeoffMean::front_ciede2000};
-constexpr Measure kMeasures[] = {kRadiance, kLuminance, kColour};
-
-double mean_or_none(const std::optional<Spread>& spread) { return spread ? spread->mean : kNone; }
-
-void mark_fronts(std::vector<TradeoffRow>& rows) {
-  std::map<double, std::vector<TradeoffRow*>> by_sun;
-  for (TradeoffRow& row : rows) {
-    if (row.baseline == kReference) by_sun[row.sun_elevation_deg].push_back(&row);
-  }
-  for (auto& [sun, here] : by_sun) {
-    for (const Measure& m : kMeasures) {
-      std::vector<CostAndError> points;
-      for (const TradeoffRow* row : here) {
-        points.push_back({row->cost.seconds, mean_or_none(row->difference.*m.of_row)});
-      }
-      for (const std::size_t i : pareto_front(points)) here[i]->*m.row_front = true;
-    }
-  }
-}
-
-void mark_fronts(std::vector<TradeoffMean>& means) {
-  for (const Measure& m : kMeasures) {
-    std::vector<CostAndError> points;
-    for (const TradeoffMean& mean : means) {
-      points.push_back({mean.cost.seconds, mean_or_none(mean.*m.of_mean)});
-    }
-    for (const std::size_t i : pareto_front(points)) means[i].*m.mean_front = true;
-  }
-}
 
 // ---------------------------------------------------------------- CSV and JSON
 
@@ -114,7 +40,7 @@ void write_csv(const fs::path& path, const std::vector<TradeoffRow>& rows,
                                       "cpu_seconds",
                                       "peak_mib",
                                       "seconds_all_suns"};
-  for (const Measure& m : kMeasures) {
+  for (const ErrorMeasure& m : kErrorMeasures) {
     for (const char* figure : {"mean", "p95", "max"}) {
       columns.push_back(fmt::format("{}_{}", m.name, figure));
     }
@@ -139,7 +65,7 @@ void write_csv(const fs::path& path, const std::vector<TradeoffRow>& rows,
                                          row.cost.cpu_seconds,
                                          row.cost.peak_mib,
                                          row.rung->run->seconds};
-    for (const Measure& m : kMeasures) {
+    for (const ErrorMeasure& m : kErrorMeasures) {
       const std::optional<Spread>& spread = row.difference.*m.of_row;
       for (double Spread::*const figure : {&Spread::mean, &Spread::p95, &Spread::largest}) {
         cells.push_back(spread ? CsvTable::Cell(*spread.*figure) : CsvTable::Cell(""));
@@ -150,7 +76,7 @@ void write_csv(const fs::path& path, const std::vector<TradeoffRow>& rows,
     cells.push_back(row.difference.luminance ? CsvTable::Cell(row.difference.luminance_bias)
                                              : CsvTable::Cell(""));
     cells.emplace_back(mean_relative_noise(*reference));
-    for (const Measure& m : kMeasures) cells.emplace_back(row.*m.row_front ? 1.0 : 0.0);
+    for (const ErrorMeasure& m : kErrorMeasures) cells.emplace_back(row.*m.row_front ? 1.0 : 0.0);
     table.add_row(cells);
   }
   table.write(path, std::cout);
@@ -173,7 +99,7 @@ json row_json(const TradeoffRow& row) {
             {"peak_mib", row.cost.peak_mib},
             {"radiance_bias", row.difference.radiance_bias},
             {"luminance_bias", row.difference.luminance_bias}};
-  for (const Measure& m : kMeasures) {
+  for (const ErrorMeasure& m : kErrorMeasures) {
     if (const auto& spread = row.difference.*m.of_row) j[m.name] = json_of(*spread);
     j[std::string("front_") + m.name] = row.*m.row_front;
   }
@@ -184,7 +110,7 @@ json mean_json(const TradeoffMean& mean) {
   json j = {{"seconds", mean.cost.seconds},
             {"cpu_seconds", mean.cost.cpu_seconds},
             {"peak_mib", mean.cost.peak_mib}};
-  for (const Measure& m : kMeasures) {
+  for (const ErrorMeasure& m : kErrorMeasures) {
     if (const auto& spread = mean.*m.of_mean) j[m.name] = json_of(*spread);
     j[std::string("front_") + m.name] = mean.*m.mean_front;
   }
@@ -333,7 +259,7 @@ void write_front(const fs::path& path, const TradeoffPlan& plan, const TradeoffO
       "against the reference over the hemisphere, mean over the Suns of mean / 95th percentile / "
       "maximum.\n",
       repeats);
-  for (const Measure& m : {kRadiance, kColour}) {
+  for (const ErrorMeasure& m : {kRadianceError, kColourError}) {
     std::string rule = "|---|---|---|---|---|---|---|";
     const std::string suns = sun_columns(plan, &rule);
     text += fmt::format(
@@ -348,7 +274,7 @@ void write_front(const fs::path& path, const TradeoffPlan& plan, const TradeoffO
                           spread_text(mean.radiance, 100), spread_text(mean.luminance, 100),
                           spread_text(mean.ciede2000, 1));
       for (const TradeoffRow& row : rows) {
-        if (row.rung != mean.rung || row.baseline != kReference) continue;
+        if (row.rung != mean.rung || row.baseline != kReferenceBaseline) continue;
         const std::optional<Spread>& s = row.difference.*m.of_row;
         text += fmt::format(" {} |", s ? percent(m.factor / 100 * s->mean) : "-");
       }
@@ -386,13 +312,13 @@ void write_approximations(const fs::path& path, const TradeoffPlan& plan,
   };
   for (const RungOutcome& rung : outcome.rungs) {
     if (rung.planned.rung.name == rung.planned.rung.method) {
-      line(rung, "(none)", kReference);
+      line(rung, "(none)", kReferenceBaseline);
     }
   }
   for (const RungOutcome& rung : outcome.rungs) {
     const Rung& r = rung.planned.rung;
     if (r.kind != RungKind::kApproximation) continue;
-    line(rung, r.label, kReference);
+    line(rung, r.label, kReferenceBaseline);
     line(rung, r.label, r.baseline);
   }
   write_text(path, text);
@@ -452,7 +378,7 @@ PlotPanel tradeoff_panel(const std::string& title, const PlotAxis& cost, const P
   return panel;
 }
 
-void write_plot(const fs::path& path, const Measure& m, bool memory, const TradeoffPlan& plan,
+void write_plot(const fs::path& path, const ErrorMeasure& m, bool memory, const TradeoffPlan& plan,
                 const std::vector<TradeoffRow>& rows) {
   const PlotAxis cost{.label = memory ? "peak memory, MiB" : "seconds for one sky",
                       .logarithmic = true};
@@ -463,7 +389,7 @@ void write_plot(const fs::path& path, const Measure& m, bool memory, const Trade
     std::vector<CostAndError> pairs;
     for (const TradeoffRow& row : rows) {
       const std::optional<Spread>& s = row.difference.*m.of_row;
-      if (row.sun_elevation_deg != sun || row.baseline != kReference || !s) continue;
+      if (row.sun_elevation_deg != sun || row.baseline != kReferenceBaseline || !s) continue;
       points.push_back(
           {row.rung, memory ? row.cost.peak_mib : row.cost.seconds, m.factor * s->mean, false});
       pairs.push_back({points.back().cost, points.back().error});
@@ -478,7 +404,7 @@ void write_plot(const fs::path& path, const Measure& m, bool memory, const Trade
 
 void write_front_plot(const fs::path& path, const std::vector<TradeoffMean>& means) {
   std::vector<PlotPanel> panels;
-  for (const Measure& m : {kRadiance, kColour}) {
+  for (const ErrorMeasure& m : {kRadianceError, kColourError}) {
     std::vector<PlotPoint> points;
     for (const TradeoffMean& mean : means) {
       const std::optional<Spread>& s = mean.*m.of_mean;
@@ -495,70 +421,6 @@ void write_front_plot(const fs::path& path, const std::vector<TradeoffMean>& mea
 
 }  // namespace
 
-std::vector<TradeoffRow> tradeoff_rows(const TradeoffOutcome& outcome) {
-  std::map<std::string, const RungRun*> by_name;
-  for (const RungOutcome& rung : outcome.rungs) {
-    if (rung.run) by_name[rung.planned.rung.name] = &*rung.run;
-  }
-  std::vector<TradeoffRow> rows;
-  const auto add = [&](const RungOutcome& rung, const std::string& name, const RungRun& baseline) {
-    for (std::size_t k = 0; k < rung.run->sample.suns.size(); ++k) {
-      const SunSample& sun = rung.run->sample.suns[k];
-      const SunSample* there = sun_of(baseline, sun.sun_elevation_deg);
-      if (there == nullptr) continue;
-      rows.push_back({&rung, name, sun.sun_elevation_deg, rung.run->cost[k],
-                      sky_difference(sun, rung.run->sample.wavelength_nm, *there,
-                                     baseline.sample.wavelength_nm)});
-    }
-  };
-  for (const RungOutcome& rung : outcome.rungs) {
-    if (!rung.run) continue;
-    add(rung, kReference, outcome.reference);
-    const auto baseline = by_name.find(rung.planned.rung.baseline);
-    if (baseline != by_name.end()) add(rung, baseline->first, *baseline->second);
-  }
-  mark_fronts(rows);
-  return rows;
-}
-
-std::vector<TradeoffMean> tradeoff_means(const std::vector<TradeoffRow>& rows) {
-  std::vector<const RungOutcome*> order;
-  std::map<const RungOutcome*, std::vector<const TradeoffRow*>> by_rung;
-  for (const TradeoffRow& row : rows) {
-    if (row.baseline != kReference) continue;
-    if (!by_rung.contains(row.rung)) order.push_back(row.rung);
-    by_rung[row.rung].push_back(&row);
-  }
-  std::vector<TradeoffMean> means;
-  for (const RungOutcome* rung : order) {
-    const auto& here = by_rung[rung];
-    const double share = 1.0 / static_cast<double>(here.size());
-    TradeoffMean mean;
-    mean.rung = rung;
-    for (const TradeoffRow* row : here) {
-      mean.cost.seconds += share * row->cost.seconds;
-      mean.cost.most_seconds += share * row->cost.most_seconds;
-      mean.cost.cpu_seconds += share * row->cost.cpu_seconds;
-      mean.cost.peak_mib = std::max(mean.cost.peak_mib, row->cost.peak_mib);
-    }
-    for (const Measure& m : kMeasures) {
-      const auto missing = [&](const TradeoffRow* row) { return !(row->difference.*m.of_row); };
-      if (std::ranges::any_of(here, missing)) continue;
-      Spread sum;
-      for (const TradeoffRow* row : here) {
-        const Spread& s = *(row->difference.*m.of_row);
-        sum.mean += share * s.mean;
-        sum.p95 += share * s.p95;
-        sum.largest += share * s.largest;
-      }
-      mean.*m.of_mean = sum;
-    }
-    means.push_back(mean);
-  }
-  mark_fronts(means);
-  return means;
-}
-
 std::vector<std::string> write_tradeoff_report(const TradeoffPlan& plan,
                                                const TradeoffOutcome& outcome) {
   const fs::path& directory = plan.options.directory;
@@ -567,10 +429,10 @@ std::vector<std::string> write_tradeoff_report(const TradeoffPlan& plan,
   write_csv(directory / "tradeoff.csv", rows, outcome);
   write_front(directory / "front.md", plan, outcome, rows, means);
   write_approximations(directory / "approximations.md", plan, outcome, rows);
-  for (const Measure& m : kMeasures) {
+  for (const ErrorMeasure& m : kErrorMeasures) {
     write_plot(directory / fmt::format("seconds_{}.svg", m.name), m, false, plan, rows);
   }
-  write_plot(directory / "memory_radiance.svg", kRadiance, true, plan, rows);
+  write_plot(directory / "memory_radiance.svg", kRadianceError, true, plan, rows);
   write_front_plot(directory / "front.svg", means);
   // Last: where the manifest is, the rest is too.
   write_json(directory / "tradeoff.json", plan, outcome, rows, means);
