@@ -32,7 +32,9 @@ KernelStore::KernelStore(const ExchangeMedium& medium, std::span<const RingPoint
   });
   for (std::size_t a = 0; a < n; ++a) row_offset_[a + 1] += row_offset_[a];
   const std::size_t size = row_offset_[n] * medium.lanes;
-  if (size * sizeof(float) <= kLargestBytes) kept_ = LargeArray(size);
+  if (size * sizeof(float) <= kLargestBytes) {
+    kept_ = std::make_unique_for_overwrite<float[]>(size);
+  }
 }
 
 bool KernelStore::evaluate(std::size_t a, std::size_t b, RingPairKernel& out,

@@ -3,12 +3,12 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "sim/azimuth_sampling.h"
 #include "sim/exchange_medium.h"
-#include "sim/large_array.h"
 #include "sim/ring_pair_kernel.h"
 #include "sim/ring_point.h"
 
@@ -57,7 +57,7 @@ class KernelStore {
   };
   std::size_t pair(std::size_t a, std::size_t b) const { return a * (a + 1) / 2 + b; }
   float* kept(std::size_t a, std::size_t b) {
-    return kept_.data() + (row_offset_[a] + plan_[pair(a, b)].offset) * medium_.lanes;
+    return kept_.get() + (row_offset_[a] + plan_[pair(a, b)].offset) * medium_.lanes;
   }
   const float* kept(std::size_t a, std::size_t b) const {
     return const_cast<KernelStore*>(this)->kept(a, b);
@@ -70,7 +70,7 @@ class KernelStore {
   KeptKernels what_;
   std::vector<Plan> plan_;
   std::vector<std::size_t> row_offset_;  // of ring a, in spectra
-  LargeArray kept_;
+  std::unique_ptr<float[]> kept_;        // null: evaluated anew
 };
 
 }  // namespace twilight
