@@ -56,7 +56,7 @@ struct BeamPath {
   const float* scatter = nullptr;                              ///< [window][scatterer][lane]
   const float *above_shift = nullptr, *angle_shift = nullptr;  ///< [window][lane]
 };
-constexpr float kNightBeam = 1e-9F;
+constexpr float kNightBeam = 1e-15F;
 void add_beam(const BeamPath& in, float* light, float* place);
 void add_beam_scalar(const BeamPath& in, float* light, float* place);
 
