@@ -152,9 +152,8 @@ void OrdersSky::tabulate() const {
   const auto start = Clock::now();
   const double zenith = pi / 2 - model_.sun_elevation_rad;
   // Waiting for the table, a thread must not take up a view that waits for it too.
-  tbb::this_task_arena::isolate([&] {
-    table_ = std::make_unique<SkyTable>(*atmosphere_, *rays_, *gather_, zenith);
-  });
+  tbb::this_task_arena::isolate(
+      [&] { table_ = std::make_unique<SkyTable>(*atmosphere_, *rays_, *gather_, zenith); });
   summary_.stage_seconds.emplace_back("view interpolation", seconds_since(start));
   summary_.figures.emplace_back(
       "views interpolated between",
@@ -163,8 +162,7 @@ void OrdersSky::tabulate() const {
 }
 
 std::vector<double> OrdersSky::map_radiance(std::span<const ViewDirection> views) const {
-  if (!model_.scene.solver.view_interpolation ||
-      atmosphere_->kind_count() > SkyTable::kMostKinds) {
+  if (!model_.scene.solver.view_interpolation || atmosphere_->kind_count() > SkyTable::kMostKinds) {
     return radiance(views);
   }
   const std::size_t W = model_.medium.wavelengths();

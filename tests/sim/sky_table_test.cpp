@@ -180,15 +180,15 @@ TEST(SkyTableKernel, AgreesWithItsScalarTwin) {
 
   // Sunlight, its edge and night.
   constexpr std::size_t kWindows = 30, kScatterers = 3;
-  auto logarithm = numbers(kWindows * 4 * kLanes, -20, 0);
-  for (std::size_t k = 0; k < logarithm.size(); k += 5) logarithm[k] = SunlitAir::kNight;
+  auto logarithm = numbers(kWindows * 8 * kLanes, -20, 0);
+  for (std::size_t k = 0; k < logarithm.size(); k += 11) logarithm[k] = SunlitAir::kNight;
   const auto scatter = numbers(kWindows * kScatterers * kLanes, 0, 1);
   const auto above = numbers(kWindows * kLanes, -0.1, 0.1);
-  const auto angle = numbers(kWindows * kLanes, -1e-4, 1e-4);
+  const auto angle = numbers(kWindows * kLanes, -1e-3, 1e-3);
   std::vector<BeamTaps> beams(kWindows);
   for (std::size_t k = 0; k < kWindows; ++k) {
-    for (std::size_t q = 0; q < 4; ++q) {
-      beams[k].sun.logarithm[q / 2][q % 2] = &logarithm[(4 * k + q) * kLanes];
+    for (std::size_t q = 0; q < 8; ++q) {
+      beams[k].sun.logarithm[q / 4][q % 4] = &logarithm[(8 * k + q) * kLanes];
     }
     beams[k].sun.share[0] = 0.2F;
     beams[k].sun.share[1] = 0.7F;
