@@ -119,13 +119,19 @@ std::vector<PassiveRing> passive_rings(const CellGrid& active, const CellGrid& a
   const double half_step = kPi / active.azimuth_divisions();
   const auto& shells = active.shells();
   const auto& rings = active.rings();
-  // Ring of an active shell at an elevation; npos where the shell has none there.
+  // Ring of an active shell at an elevation; npos where the shell has none there. Means of cells
+  // that ground or top cut through stand closer than half a step: the nearest.
   constexpr auto npos = static_cast<std::size_t>(-1);
   const auto find = [&](const CellShell& shell, double elevation) {
+    std::size_t nearest = npos;
+    double least = half_step;
     for (std::size_t i = shell.first_ring; i < shell.first_ring + shell.rings; ++i) {
-      if (std::abs(rings[i].elevation_rad - elevation) < half_step) return i;
+      const double away = std::abs(rings[i].elevation_rad - elevation);
+      if (away >= least) continue;
+      nearest = i;
+      least = away;
     }
-    return npos;
+    return nearest;
   };
   std::vector<PassiveRing> result(all.air_rings());
   for (std::size_t i = 0; i < all.air_rings(); ++i) {
@@ -408,7 +414,8 @@ ExchangeResult solve_exchange(const Medium& medium, const CellGrid& grid, const 
             earth[w] * own > 1e-12 ? std::min(10.0, ro.ground[s * W + w] / (earth[w] * own)) : 1.0);
       }
     });
-    report.clipped_row_share = static_cast<double>(clipped) / static_cast<double>(n_air * W);
+    report.clipped_row_share =
+        static_cast<double>(clipped) / std::max(1.0, static_cast<double>(n_air * W));
   }
   report.setup_seconds = seconds_since(start);
 
@@ -496,7 +503,8 @@ ExchangeResult solve_exchange(const Medium& medium, const CellGrid& grid, const 
                                          optics, aerosol_first, albedo, 1);
     set_rescale(every.power, first.power);
     for (std::size_t w = 0; w < W; ++w) report.rescale_factor.push_back(rescale[w]);
-    passive = passive_rings(grid, *all_cells);
+    // Where every active shell's cells have their centres outside the air none is interpolated.
+    if (n_air > 0) passive = passive_rings(grid, *all_cells);
   }
 
   const bool scalar = nm == 1;
