@@ -126,7 +126,7 @@ OrdersSky::~OrdersSky() = default;
 void OrdersSky::prepare(const RunControl& control) {
   control.check();
   const Medium& m = model_.medium;
-  const double height_km = model_.scene.observer.height_m * 1e-3;
+  const double height_km = observer_altitude_km(model_.scene);
   const double zenith = pi / 2 - model_.sun_elevation_rad;
   OrdersGather::Inputs in;
   in.medium = &model_.medium;
@@ -219,7 +219,7 @@ Irradiance OrdersSky::irradiance() const {
   // then takes from it.
   const StokesRadiance sky = gather(views, OrdersGather::Light::kTruncated);
   Irradiance result{std::vector<double>(W), std::vector<double>(W)};
-  const double height_km = model_.scene.observer.height_m * 1e-3;
+  const double height_km = observer_altitude_km(model_.scene);
   const double zenith = pi / 2 - model_.sun_elevation_rad;
   std::vector<double> path(model_.medium.layers());
   for (std::size_t w = 0; w < W; ++w) {
