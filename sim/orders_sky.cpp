@@ -82,7 +82,7 @@ void OrdersSky::look(const RunControl& control) {
                          shares);
   }
 
-  const double height_km = model_.scene.observer.height_m * 1e-3;
+  const double height_km = observer_altitude_km(model_.scene);
   const double zenith = pi / 2 - model_.sun_elevation_rad;
   gather_ = std::make_unique<OrdersGather>(*atmosphere_, zenith, height_km);
   if (!rays_) rays_ = std::make_shared<ObserverRays>(*atmosphere_, height_km);
@@ -228,7 +228,7 @@ Irradiance OrdersSky::irradiance() const {
   // then takes from it.
   const StokesRadiance sky = gather(views, OrdersGather::Light::kTruncated);
   Irradiance result{std::vector<double>(W), std::vector<double>(W)};
-  const double height_km = model_.scene.observer.height_m * 1e-3;
+  const double height_km = observer_altitude_km(model_.scene);
   const double zenith = pi / 2 - model_.sun_elevation_rad;
   std::vector<double> path(model_.medium.layers());
   for (std::size_t w = 0; w < W; ++w) {
