@@ -200,17 +200,19 @@ class Solver {
     }
   }
 
-  // At the ground with the Sun 6 degrees below the horizon, times 4 pi, [lane].
+  // At the ground with the Sun 6 degrees below the horizon, times 4 pi, [lane]; between nodes in
+  // the logarithm, as all light.
   std::vector<double> mean_radiance(const OrdersGrid<T>& grid,
                                     const IncomingLight<T>& light) const {
-    const ZenithGrid::Stencil s =
-        ZenithGrid::stencil(grid.zenith.position(96 * kRadPerDeg), grid.zenith.size());
-    std::vector<double> mean(grid.lanes);
-    for (std::size_t q = 0; q < 4; ++q) {
+    std::vector<double> ground(grid.zenith.size() * grid.lanes);
+    for (std::size_t j = 0; j < grid.zenith.size(); ++j) {
       for (std::size_t w = 0; w < grid.lanes; ++w) {
-        mean[w] += s.weight[q] * trace(grid, light, 0, s.first + q, w);
+        ground[j * grid.lanes + w] = std::max(0.0, trace(grid, light, 0, j, w));
       }
     }
+    std::vector<double> mean(grid.lanes);
+    const auto at = static_cast<std::size_t>(std::lround(96 / ZenithGrid::kFineStep_deg));
+    refine_trace(grid.zenith, ground, grid.lanes, grid.lanes, at, 1, mean.data());
     return mean;
   }
 
