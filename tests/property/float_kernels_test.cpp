@@ -12,11 +12,14 @@
 #include <vector>
 
 #include "random_scene.h"
+#include "sim/aerosol_pass.h"
 #include "sim/angular_moments.h"
 #include "sim/cell_grid.h"
-#include "sim/exchange_kernel.h"
+#include "sim/emission_kernel.h"
 #include "sim/gather_kernel.h"
 #include "sim/orders_kernel.h"
+#include "sim/ring_pair_kernel.h"
+#include "sim/ring_pass.h"
 #include "sim/zenith_grid.h"
 
 namespace twilight {
@@ -210,7 +213,7 @@ TEST(FloatKernel, MomentPass) {
 
 // A weight of two factors, two products and a sum of samples; a product and a sum.
 TEST(FloatKernel, CosineTransformAndMultiplyAdd) {
-  Worst worst("cosine_transform"), added("multiply_add");
+  Worst worst("cosine_transform"), added("multiply_add"), both("multiply_add_both");
   for_all(150, "cosine_transform", [&] {
     const Pair p;
     RingPairKernel kernel;
@@ -244,13 +247,27 @@ TEST(FloatKernel, CosineTransformAndMultiplyAdd) {
       added.add(field[i], start[i] + term, std::abs(static_cast<double>(start[i])) + std::abs(term),
                 2);
     }
+    const auto a = floats(out.size(), -1, 1), other_start = floats(out.size(), -1, 1);
+    const auto other_scale = static_cast<float>(between(0.0, 4.0));
+    auto field_a = start, field_b = other_start;
+    multiply_add_both(out.data(), a.data(), other_scale, b.data(), scale, out.size(),
+                      field_a.data(), field_b.data());
+    for (std::size_t i = 0; i < out.size(); ++i) {
+      const double k = out[i], to_a = k * b[i] * scale, to_b = k * a[i] * other_scale;
+      const double start_a = start[i], start_b = other_start[i];
+      both.add(field_a[i], start_a + to_a, std::abs(start_a) + std::abs(to_a), 2);
+      both.add(field_b[i], start_b + to_b, std::abs(start_b) + std::abs(to_b), 2);
+    }
   });
 }
 
-// Every term is positive: its own relative error counts. The cosine is off by 6 u, the base of
-// Henyey-Greenstein (1 - g)^2 + 2 g (1 - cos) by 12 g u of at least (1 - g)^2 (or that of -g), and
-// half as much again goes into its power -3/2; 1/sqrt is a guess of 12 bits and one Newton step:
-// 3/2 2^-24, three times. The twin rounds once per term itself.
+// Every term is positive: its own relative error counts. The base of Henyey-Greenstein, (1 - g)^2 +
+// 2 |g| (1 -+ cos), between (1 - a)^2 and (1 + a)^2 for a = |g|: the terms of the cosine add up to
+// no more than 1 in size and have 4 u each (factor, product, table), 1 + up has u, times 2 a; the
+// first two of three sums round at up to (1 + a)^2, the last and (1 - g)^2 (3 u) at their own size.
+// Half as much again goes into the power -3/2. 1/sqrt is a guess right to 1.5 x 2^-12 and one
+// Newton step: 3.4 u and 2.5 u of rounding, three times; nine more products; the sum over S
+// sources, which the twin too rounds once per term.
 TEST(FloatKernel, FirstEventPass) {
   Worst worst("first_event_pass");
   for_all(100, "first_event_pass", [&] {
@@ -265,13 +282,15 @@ TEST(FloatKernel, FirstEventPass) {
     for (auto& l : lit) l = static_cast<unsigned char>(between(0, 1));
     const double sun = between(-0.3, pi / 2);
     std::vector<float> got(nodes * p.lanes, 0.0F), twin = got;
-    first_event_pass(kernel, p.divisions, power.data(), lit.data(), g.data(), sun, got.data());
+    first_event_pass(kernel, modes, power.data(), lit.data(), g.data(), sun, got.data());
     first_event_pass_scalar(kernel, p.divisions, power.data(), lit.data(), g.data(), sun,
                             twin.data());
     for (std::size_t i = 0; i < got.size(); ++i) {
-      const double a = std::abs(g[i % p.lanes]);
-      worst.add(got[i], twin[i], twin[i],
-                2.0 * p.divisions + 16 + 1.5 * (12 * a / std::pow(1 - a, 2) + 4));
+      const double signed_g = g[i % p.lanes], a = std::abs(signed_g);
+      const double base =
+          (10 * a + 2 * std::pow(1 + a, 2) + 3 * std::pow(1 - signed_g, 2)) / std::pow(1 - a, 2) +
+          1;
+      worst.add(got[i], twin[i], twin[i], 2.0 * p.divisions + 27 + 1.5 * base);
     }
   });
 }
@@ -364,74 +383,47 @@ struct OrdersInput {
   std::size_t stokes() const { return polarised ? 3 : 1; }
 };
 
-// Air: four products in a row and two sums; a moment: three products, two sums over fields, then a
-// sum over l.
-TEST(FloatKernel, SourceModes) {
-  Worst worst("source_modes");
-  for_all(100, "source_modes", [&] {
+// Each coefficient of the tensor: its weight, half the sum or difference of two, the sum with a
+// third; 1 + cos^2 two more. 5 u of the terms.
+TEST(FloatKernel, AirModes) {
+  Worst worst("air_modes");
+  for_all(200, "air_modes", [&] {
     const OrdersInput o;
-    const std::size_t nodes = 5, count = moment_count(o.phase_degree), L = o.lanes;
-    const auto rows = static_cast<std::size_t>(o.phase_degree) + 1;
+    const std::size_t nodes = 5, L = o.lanes;
     const double theta = between(0.0, pi);
-    const auto coherency = floats(nodes * 4 * L, -1, 1), air = floats(L, 0, 1),
-               moments = floats(nodes * o.stokes() * count * L, -1, 1), p = floats(count, -1, 1),
-               r = floats(count, -1, 1), t = floats(count, -1, 1), a1 = floats(rows * L, -1, 1),
-               b1 = floats(rows * L, -1, 1), a2 = floats(rows * L, -1, 1),
-               a3 = floats(rows * L, -1, 1);
-    const auto fill = [&](auto& in, const auto&... v) {
+    const auto coherency = floats(nodes * 4 * L, -1, 1), air = floats(L, 0, 1);
+    const auto dc = doubles(coherency), da = doubles(air);
+    const auto fill = [&](auto& in, const auto& tensor, const auto& weight) {
       in.nodes = nodes;
       in.lanes = L;
       in.polarised = o.polarised;
+      in.degree = std::max(2, o.phase_degree);
       in.cos_theta = static_cast<float>(std::cos(theta));
       in.sin_theta = static_cast<float>(std::sin(theta));
-      in.degree = std::max(2, o.phase_degree);
-      in.phase_degree = in.stored_phase_degree = o.phase_degree;
-      const decltype(in.p) all[] = {v.data()...};
-      in.coherency = all[0];
-      in.air_weight = all[1];
-      if (o.phase_degree == 0) return;
-      in.moments = all[2];
-      in.p = all[3], in.r = all[4], in.t = all[5];
-      in.a1 = all[6], in.b1 = all[7], in.a2 = all[8], in.a3 = all[9];
+      in.coherency = tensor.data();
+      in.air_weight = weight.data();
     };
-    SourceModesInput<float> in;
-    fill(in, coherency, air, moments, p, r, t, a1, b1, a2, a3);
-    const auto dc = doubles(coherency), da = doubles(air), dm = doubles(moments), dp = doubles(p),
-               dr = doubles(r), dt = doubles(t), d1 = doubles(a1), d2 = doubles(b1),
-               d3 = doubles(a2), d4 = doubles(a3);
-    SourceModesInput<double> twin_in;
-    fill(twin_in, dc, da, dm, dp, dr, dt, d1, d2, d3, d4);
-    const auto degree = static_cast<std::size_t>(in.degree);
-    std::vector<float> got(nodes * o.stokes() * (degree + 1) * L);
+    AirEmission<float> in;
+    fill(in, coherency, air);
+    AirEmission<double> twin_in;
+    fill(twin_in, dc, da);
+    const std::size_t rows = mode_rows(in.degree);
+    std::vector<float> got(nodes * o.stokes() * rows * L, 9.0F);
     std::vector<double> twin = doubles(got);
-    source_modes(in, got.data());
-    source_modes_scalar(twin_in, twin.data());
+    air_modes(in, got.data());
+    air_modes_scalar(twin_in, twin.data());
+    const double c = std::abs(twin_in.cos_theta), s = std::abs(twin_in.sin_theta);
     for (std::size_t j = 0; j < nodes; ++j) {
-      for (std::size_t m = 0; m <= degree; ++m) {
-        for (std::size_t w = 0; w < L; ++w) {
-          double size[3] = {};
-          for (std::size_t k = 0; k < 4 && m <= 2; ++k) {
-            for (double& s : size) s += 2 * da[w] * std::abs(dc[(j * 4 + k) * L + w]);
-          }
-          for (std::size_t l = m; o.phase_degree > 0 && l < rows; ++l) {
-            const std::size_t i = moment_index(static_cast<int>(l), static_cast<int>(m));
-            const std::size_t at = l * L + w;
-            const auto moment = [&](std::size_t field) {
-              return o.polarised || field == 0
-                         ? std::abs(dm[((j * o.stokes() + field) * count + i) * L + w])
-                         : 0.0;
-            };
-            const double I = moment(0), E = moment(1), B = moment(2);
-            const double Es = std::abs(d2[at]) * I + std::abs(d3[at]) * E,
-                         Bs = std::abs(d4[at]) * B;
-            size[0] += std::abs(dp[i]) * (std::abs(d1[at]) * I + std::abs(d2[at]) * E);
-            size[1] += std::abs(dr[i]) * Es + std::abs(dt[i]) * Bs;
-            size[2] += std::abs(dt[i]) * Es + std::abs(dr[i]) * Bs;
-          }
-          for (std::size_t q = 0; q < o.stokes(); ++q) {
-            if (q == 2 && m == 0) continue;  // unused
-            const std::size_t at = ((j * o.stokes() + q) * (degree + 1) + m) * L + w;
-            worst.add(got[at], twin[at], size[q], 2.0 * static_cast<double>(rows) + 8);
+      for (std::size_t w = 0; w < L; ++w) {
+        const auto C = [&](std::size_t k) { return da[w] * std::abs(dc[(j * 4 + k) * L + w]); };
+        const double mean = (C(0) + C(1)) / 2, zz = C(2), xz = C(3);
+        const double size[3][3] = {{(c * c + 1) * mean + s * s * zz, 2 * s * c * xz, s * s * mean},
+                                   {s * s * (zz + mean), 2 * s * c * xz, (c * c + 1) * mean},
+                                   {0, 2 * s * xz, 2 * c * mean}};
+        for (std::size_t q = 0; q < o.stokes(); ++q) {
+          for (std::size_t m = 0; m < rows; ++m) {
+            const std::size_t at = ((j * o.stokes() + q) * rows + m) * L + w;
+            worst.add(got[at], twin[at], m <= 2 ? size[q][m] : 0, 5);
           }
         }
       }
@@ -439,68 +431,178 @@ TEST(FloatKernel, SourceModes) {
   });
 }
 
-// Per azimuth up to six factors (cosines by recurrence: 3 u more a degree); a sum over azimuths, a
-// basis function, a sum.
+// A sum over l of one product (I) or two (Q, U), the weight, and the sum with what was there.
+TEST(FloatKernel, AddAerosolModes) {
+  Worst worst("add_aerosol_modes");
+  for_all(100, "add_aerosol_modes", [&] {
+    const OrdersInput o;
+    if (o.phase_degree == 0) return;
+    const std::size_t nodes = 4, L = o.lanes, count = moment_count(o.phase_degree),
+                      stokes = o.stokes();
+    const auto points = static_cast<std::size_t>(between(1, static_cast<int>(kEmissionBatch)));
+    const auto scattered = floats(nodes * count * stokes * L, -1, 1);
+    const auto ds = doubles(scattered);
+    const int degree = std::max(2, o.phase_degree) + between(0, 1);
+    const std::size_t rows = mode_rows(degree), size_of_modes = nodes * stokes * rows * L;
+    std::vector<std::vector<float>> basis, weight, start;
+    for (std::size_t k = 0; k < points; ++k) {
+      basis.push_back(floats(3 * count, -1, 1));
+      weight.push_back(floats(L, 0, 1));
+      start.push_back(floats(size_of_modes, -1, 1));
+    }
+    auto got = start;
+    std::vector<std::vector<double>> db, dw, twin;
+    for (std::size_t k = 0; k < points; ++k) {
+      db.push_back(doubles(basis[k]));
+      dw.push_back(doubles(weight[k]));
+      twin.push_back(doubles(start[k]));
+    }
+    const auto fill = [&](auto& in, const auto& moments, const auto& b, const auto& w,
+                          auto& modes) {
+      in.nodes = nodes;
+      in.lanes = L;
+      in.polarised = o.polarised;
+      in.degree = degree;
+      in.phase_degree = o.phase_degree;
+      in.scattered = moments.data();
+      in.points = points;
+      for (std::size_t k = 0; k < points; ++k) {
+        in.basis[k] = b[k].data(), in.weight[k] = w[k].data(), in.modes[k] = modes[k].data();
+      }
+    };
+    AerosolPoints<float> in;
+    fill(in, scattered, basis, weight, got);
+    AerosolPoints<double> twin_in;
+    fill(twin_in, ds, db, dw, twin);
+    add_aerosol_modes(in);
+    add_aerosol_modes_scalar(twin_in);
+    for (std::size_t k = 0; k < points; ++k) {
+      for (std::size_t j = 0; j < nodes; ++j) {
+        for (std::size_t w = 0; w < L; ++w) {
+          for (int m = 0; m < static_cast<int>(rows); ++m) {
+            double size[3] = {};
+            for (int l = m; l <= o.phase_degree; ++l) {
+              const std::size_t i = mode_major_index(o.phase_degree, l, m);
+              const auto moment = [&](std::size_t field) {
+                return dw[k][w] * std::abs(ds[((j * count + i) * stokes + field) * L + w]);
+              };
+              const double p = std::abs(db[k][3 * i]), r = std::abs(db[k][3 * i + 1]),
+                           t = std::abs(db[k][3 * i + 2]);
+              size[0] += p * moment(0);
+              if (!o.polarised) continue;
+              size[1] += r * moment(1) + t * moment(2);
+              size[2] += t * moment(1) + r * moment(2);
+            }
+            const double terms = std::max(0, o.phase_degree + 1 - m);
+            for (std::size_t q = 0; q < stokes; ++q) {
+              const std::size_t at =
+                  ((j * stokes + q) * rows + static_cast<std::size_t>(m)) * L + w;
+              worst.add(got[k][at], twin[k][at], size[q] + std::abs(start[k][at]),
+                        (q == 0 ? terms : 2 * terms) + 1);
+            }
+          }
+        }
+      }
+    }
+  });
+}
+
+// Tensor: a weight of four products, a sum of two Stokes parameters, three sums per azimuth, one
+// per direction. Moments: the cosine of mode m by recurrence has 3.5 u a mode (products and
+// sum 2.4, the unit vector that turns it 1), then a sum over azimuths, and one or two products per
+// direction.
 TEST(FloatKernel, AddMoments) {
   Worst worst("add_moments, coherency"), moments_worst("add_moments, moments");
   for_all(100, "add_moments", [&] {
     const OrdersInput o;
-    const std::size_t nodes = 4, L = o.lanes, count = moment_count(o.phase_degree);
+    const std::size_t nodes = 4, L = o.lanes, count = moment_count(o.phase_degree),
+                      stokes = o.stokes();
     const std::size_t azimuths = static_cast<std::size_t>(between(2, 32));
+    const auto directions = static_cast<std::size_t>(between(1, static_cast<int>(kEmissionBatch)));
     std::vector<float> cosine, sine;
     for (std::size_t q = 0; q < azimuths; ++q) {
       const double phi = between(0.0, pi);
       cosine.push_back(static_cast<float>(std::cos(phi)));
       sine.push_back(static_cast<float>(std::sin(phi)));
     }
-    const auto light = floats(nodes * azimuths * o.stokes() * L, -1, 1), p = floats(count, -1, 1),
-               r = floats(count, -1, 1), t = floats(count, -1, 1);
-    std::vector<float> scratch(3 * static_cast<std::size_t>(o.phase_degree + 1) * L);
+    const auto dcos = doubles(cosine), dsin = doubles(sine);
+    std::vector<std::vector<float>> light, basis;
+    std::vector<std::vector<double>> dlight, dbasis;
+    std::vector<float> weight = floats(directions, 0, 1);
+    std::vector<double> theta;
+    for (std::size_t k = 0; k < directions; ++k) {
+      light.push_back(floats(nodes * azimuths * stokes * L, -1, 1));
+      basis.push_back(floats(3 * count, -1, 1));
+      dlight.push_back(doubles(light[k]));
+      dbasis.push_back(doubles(basis[k]));
+      theta.push_back(between(0.0, pi));
+    }
+    std::vector<float> scratch(kEmissionBatch * 3 * static_cast<std::size_t>(o.phase_degree + 1) *
+                               L);
     const auto coherency0 = floats(nodes * 4 * L, -1, 1),
-               moments0 = floats(nodes * o.stokes() * count * L, -1, 1);
-    const double theta = between(0.0, pi);
-    const auto fill = [&](auto& in) {
+               moments0 = floats(nodes * stokes * count * L, -1, 1);
+    const auto fill = [&](auto& in, const auto& c, const auto& s, const auto& rays,
+                          const auto& functions) {
       in.nodes = nodes;
       in.azimuths = azimuths;
       in.lanes = L;
       in.polarised = o.polarised;
-      in.cos_theta = static_cast<float>(std::cos(theta));
-      in.sin_theta = static_cast<float>(std::sin(theta));
-      in.weight = 0.37F;
+      in.directions = directions;
+      in.cos_phi = c.data(), in.sin_phi = s.data();
       in.phase_degree = o.phase_degree;
+      for (std::size_t k = 0; k < directions; ++k) {
+        in.cos_theta[k] = static_cast<float>(std::cos(theta[k]));
+        in.sin_theta[k] = static_cast<float>(std::sin(theta[k]));
+        in.weight[k] = weight[k];
+        in.light[k] = rays[k].data();
+        in.basis[k] = functions[k].data();
+      }
     };
     MomentInput<float> in;
-    fill(in);
-    in.cos_phi = cosine.data(), in.sin_phi = sine.data(), in.light = light.data();
-    in.p = p.data(), in.r = r.data(), in.t = t.data(), in.scratch = scratch.data();
-    const auto dcos = doubles(cosine), dsin = doubles(sine), dlight = doubles(light),
-               dp = doubles(p), dr = doubles(r), dt = doubles(t);
+    fill(in, cosine, sine, light, basis);
+    in.scratch = scratch.data();
     MomentInput<double> twin_in;
-    fill(twin_in);
-    twin_in.cos_phi = dcos.data(), twin_in.sin_phi = dsin.data(), twin_in.light = dlight.data();
-    twin_in.p = dp.data(), twin_in.r = dr.data(), twin_in.t = dt.data();
+    fill(twin_in, dcos, dsin, dlight, dbasis);
     auto coherency = coherency0, moments = moments0;
     auto twin_coherency = doubles(coherency0), twin_moments = doubles(moments0);
     const bool aerosol = o.phase_degree > 0;
     add_moments(in, coherency.data(), aerosol ? moments.data() : nullptr);
     add_moments_scalar(twin_in, twin_coherency.data(), aerosol ? twin_moments.data() : nullptr);
+    const auto n = static_cast<double>(azimuths), K = static_cast<double>(directions);
     for (std::size_t j = 0; j < nodes; ++j) {
       for (std::size_t w = 0; w < L; ++w) {
-        double sum = 0;
-        for (std::size_t q = 0; q < azimuths; ++q) {
-          for (std::size_t k = 0; k < o.stokes(); ++k) {
-            sum += 0.37 * std::abs(dlight[((j * azimuths + q) * o.stokes() + k) * L + w]);
+        // Of each direction, the sizes of I, Q, U around the circle.
+        double sum[kEmissionBatch][3] = {}, all = 0;
+        for (std::size_t k = 0; k < directions; ++k) {
+          for (std::size_t q = 0; q < azimuths * stokes; ++q) {
+            const double size = static_cast<double>(weight[k]) *
+                                std::abs(dlight[k][(j * azimuths * stokes + q) * L + w]);
+            sum[k][q % stokes] += size;
+            all += size;
           }
         }
-        const auto n = static_cast<double>(azimuths);
         for (std::size_t k = 0; k < 4; ++k) {
           const std::size_t at = (j * 4 + k) * L + w;
-          worst.add(coherency[at], twin_coherency[at], sum + std::abs(coherency0[at]), 3 * n + 8);
+          worst.add(coherency[at], twin_coherency[at], all + std::abs(coherency0[at]),
+                    3 * n + 5 + K);
         }
-        for (std::size_t k = 0; aerosol && k < o.stokes() * count; ++k) {
-          const std::size_t at = (j * o.stokes() * count + k) * L + w;
-          moments_worst.add(moments[at], twin_moments[at], 2 * sum + std::abs(moments0[at]),
-                            n + 3.0 * o.phase_degree + 8);
+        for (int l = 0; aerosol && l <= o.phase_degree; ++l) {
+          for (int m = 0; m <= l; ++m) {
+            double size[3] = {};
+            for (std::size_t k = 0; k < directions; ++k) {
+              const std::size_t b = 3 * mode_major_index(o.phase_degree, l, m);
+              const double p = std::abs(dbasis[k][b]), r = std::abs(dbasis[k][b + 1]),
+                           t = std::abs(dbasis[k][b + 2]);
+              size[0] += p * sum[k][0];
+              size[1] += r * sum[k][1] + t * sum[k][2];
+              size[2] += t * sum[k][1] + r * sum[k][2];
+            }
+            for (std::size_t q = 0; q < stokes; ++q) {
+              const std::size_t at = ((j * stokes + q) * count + moment_index(l, m)) * L + w;
+              moments_worst.add(moments[at], twin_moments[at], size[q] + std::abs(moments0[at]),
+                                n + 3.5 * m + (q == 0 ? K : 2 * K));
+            }
+          }
         }
       }
     }
@@ -509,17 +611,17 @@ TEST(FloatKernel, AddMoments) {
 
 // Starts all over the Earth, light that is smooth in the Sun's zenith angle chi: what a wrong chi
 // costs is its slope. The cosine of chi is right to 3 u, so chi to 4 u / sin(chi), and near 0 and
-// pi, where a cosine says little, to sqrt(8 u); its place on the scale to 4 u pi. The azimuth of
-// the ray from the Sun's is right to 4 u / sin(chi).
+// pi, where a cosine says little, to sqrt(8 u); its place on the scale to 5 u pi (an arc cosine of
+// two ulp and a product). The azimuth of the ray from the Sun's is right to 4 u / sin(chi).
 struct Starts {
   std::size_t pairs = 60, lanes;
   ZenithGrid grid{3.0};
-  std::vector<float> cos_chi, sin_chi, cos_phi, sin_phi, reference, scratch;
+  std::vector<float> cos_chi, sin_chi, cos_phi, sin_phi, reference, fine_position, scratch;
   double psi = std::pow(10.0, between(-4.0, -0.5));
   static constexpr double kReferenceSlope = 0.3, kReference = 1.3;
 
   explicit Starts(std::size_t lane_count) : lanes(lane_count) {
-    const std::size_t padded = (pairs + 15) / 16 * 16;
+    const std::size_t padded = padded_pairs(pairs);
     for (auto* v : {&cos_chi, &sin_chi, &cos_phi, &sin_phi}) v->assign(padded, 0.0F);
     for (std::size_t i = 0; i < pairs; ++i) {
       const double chi = i == 0 ? 0 : i == 1 ? pi : between(0.0, pi), phi = between(0.0, pi);
@@ -534,44 +636,66 @@ struct Starts {
         reference.push_back(static_cast<float>(1 + 0.3 * std::cos(chi + static_cast<double>(w))));
       }
     }
-    scratch.assign(3 * padded, 0.0F);
+    scratch.assign(kGatherScratch * padded, 0.0F);
+    fine_position.assign(grid.fine_position().begin(), grid.fine_position().end());
   }
   // Error of chi and of the azimuth at the point, rad.
   struct Angles {
-    double chi_error, azimuth_error, chi, sine;
+    double chi_error, azimuth_error, chi, azimuth;
   };
   Angles angles(std::size_t i) const {
     const double cc = cos_chi[i], sc = sin_chi[i], cf = cos_phi[i], sf = sin_phi[i];
     const double cp = static_cast<float>(std::cos(psi)), sp = static_cast<float>(std::sin(psi));
     const double along = cp * sc * cf - sp * cc, across = sf * sc;
     const double sine = std::hypot(along, across), cosine = cc * cp + sc * sp * cf;
-    return {std::min(4 * kUnit / sine, std::sqrt(8 * kUnit)) + 4 * pi * kUnit,
-            std::min(4 * kUnit / sine, 2.0), std::atan2(sine, cosine), sine};
+    return {std::min(4 * kUnit / sine, std::sqrt(8 * kUnit)) + 5 * pi * kUnit,
+            std::min(4 * kUnit / sine, 2.0), std::atan2(sine, cosine), std::atan2(across, along)};
   }
-  template <class In, class T>
-  void fill(In& in, const std::vector<T>& cc, const std::vector<T>& sc, const std::vector<T>& cf,
-            const std::vector<T>& sf, const std::vector<T>& ref) const {
+  void fill(GatherInput<float>& in) {
+    fill(in, cos_chi, sin_chi, cos_phi, sin_phi, reference, fine_position);
+    in.scratch = scratch.data();
+  }
+  // The same numbers in double, which keep the memory of what `in` points to.
+  std::vector<std::vector<double>> fill(GatherInput<double>& in) const {
+    std::vector<std::vector<double>> v;
+    for (const auto* f : {&cos_chi, &sin_chi, &cos_phi, &sin_phi, &reference, &fine_position}) {
+      v.push_back(doubles(*f));
+    }
+    fill(in, v[0], v[1], v[2], v[3], v[4], v[5]);
+    return v;
+  }
+
+ private:
+  template <class In, class V>
+  void fill(In& in, const V& cc, const V& sc, const V& cf, const V& sf, const V& ref,
+            const V& position) const {
     in.pairs = pairs;
     in.cos_chi = cc.data(), in.sin_chi = sc.data(), in.cos_phi = cf.data(), in.sin_phi = sf.data();
     in.cos_psi = static_cast<float>(std::cos(psi));
     in.sin_psi = static_cast<float>(std::sin(psi));
     in.lanes = lanes;
     in.nodes = grid.size();
-    in.fine_position = grid.fine_position().data();
-    in.fine_per_radian = static_cast<T>(180 / pi / ZenithGrid::kFineStep_deg);
+    in.fine_position = position.data();
+    in.fine_per_radian = static_cast<float>(180 / pi / ZenithGrid::kFineStep_deg);
     in.reference = ref.data();
     in.fine_end = ZenithGrid::kFineSize - 1;
   }
 };
 
+// The place among N nodes rounds at up to N u, of steps of 4 degrees at most; a tap has 7 u (five
+// products and differences), times 1.6, the sum of their sizes at the ends; their sum 4 u more.
 TEST(FloatKernel, GatherModes) {
   Worst worst("gather_modes");
   for_all(40, "gather_modes", [&] {
     const OrdersInput o;
     Starts starts(o.lanes);
     const std::size_t L = o.lanes, degree = static_cast<std::size_t>(std::max(2, o.phase_degree));
-    const std::size_t row = o.stokes() * (degree + 1) * L;
-    const auto amplitude = floats(row, -1, 1), phase = floats(row, 0, 6);
+    const std::size_t rows = mode_rows(static_cast<int>(degree)), row = o.stokes() * rows * L;
+    auto amplitude = floats(row, -1, 1);
+    const auto phase = floats(row, 0, 6);
+    for (std::size_t k = 0; k < row; ++k) {
+      if (k / L % rows > degree) amplitude[k] = 0;  // the row that pads
+    }
     std::vector<float> modes;
     for (std::size_t j = 0; j < starts.grid.size(); ++j) {
       for (std::size_t k = 0; k < row; ++k) {
@@ -584,58 +708,57 @@ TEST(FloatKernel, GatherModes) {
       in.degree = in.stored_degree = static_cast<int>(degree);
     };
     GatherInput<float> in;
-    starts.fill(in, starts.cos_chi, starts.sin_chi, starts.cos_phi, starts.sin_phi,
-                starts.reference);
+    starts.fill(in);
     both(in);
     in.modes = modes.data();
-    in.scratch = starts.scratch.data();
-    const auto cc = doubles(starts.cos_chi), sc = doubles(starts.sin_chi),
-               cf = doubles(starts.cos_phi), sf = doubles(starts.sin_phi),
-               ref = doubles(starts.reference), dm = doubles(modes);
+    const auto dm = doubles(modes);
     GatherInput<double> twin_in;
-    starts.fill(twin_in, cc, sc, cf, sf, ref);
+    const auto kept = starts.fill(twin_in);
     both(twin_in);
     twin_in.modes = dm.data();
     std::vector<float> got(starts.pairs * o.stokes() * L, 0.0F);
     std::vector<double> twin = doubles(got);
     gather_modes(in, got.data());
     gather_modes_scalar(twin_in, twin.data());
+    const double place_error = static_cast<double>(starts.grid.size()) * kUnit * 4 * pi / 180;
     for (std::size_t i = 0; i < starts.pairs; ++i) {
       const Starts::Angles a = starts.angles(i);
       for (std::size_t q = 0; q < o.stokes(); ++q) {
         for (std::size_t w = 0; w < L; ++w) {
           double size = 0, error = 0;
           for (std::size_t m = 0; m <= degree; ++m) {
-            const double A =
-                std::abs(amplitude[(q * (degree + 1) + m) * L + w]) * Starts::kReference;
+            const double A = std::abs(amplitude[(q * rows + m) * L + w]) * Starts::kReference;
             size += A;
-            // 1.3: slope of the cubic; a recurrence's error grows by 3 u a step.
-            error += A * (1.6 * a.chi_error +
-                          std::min(2.0, static_cast<double>(m) * (a.azimuth_error + 3 * kUnit)));
+            // 1.6: slope of the cubic and of the reference. Of the recurrence's error a step 4 u is
+            // the length of the unit vector (a square root, a division, products), 2 u the turn.
+            error += A * (1.6 * (a.chi_error + place_error) +
+                          std::min(2.0, static_cast<double>(m) * (a.azimuth_error + 6 * kUnit)));
           }
           const std::size_t at = (i * o.stokes() + q) * L + w;
           worst.add(got[at], twin[at], size,
-                    error / (kUnit * size) + static_cast<double>(degree) + 24);
+                    error / (kUnit * size) + static_cast<double>(degree) + 22);
         }
       }
     }
   });
 }
 
-// The scattering angle inherits the errors of chi and the azimuth (times sin(chi)); the plane of
-// polarisation turns by that over its sine.
+// The apparent Sun is the true one, whose sine and cosine are right to 5 u (no arc comes between),
+// turned by the lift (3 u, and its slope of 0.01 times the error of chi); its azimuth times its
+// sine has 8 u. So has the look's scalar product with it, and the components that turn the plane of
+// polarisation: 24 u with their own roundings. The table of the phase function rounds its place by
+// 4 u more. Light is polarised by no more than sin^2 of the scattering angle, which keeps a plane
+// that is lost near 0 and pi from mattering; but the table stops 1e-3 of a step before cosine 1.
 TEST(FloatKernel, GatherBeam) {
   Worst worst("gather_beam, I"), linear("gather_beam, Q and U");
   for_all(40, "gather_beam", [&] {
     const OrdersInput o;
     Starts starts(o.lanes);
     const std::size_t L = o.lanes, kinds = o.phase_degree > 0 ? 2 : 0, phase_nodes = 201;
-    std::vector<float> cos_sun, sin_sun, phase;
+    std::vector<float> lift, phase;
     for (std::size_t k = 0; k < ZenithGrid::kFineSize; ++k) {
       const double chi = static_cast<double>(k) * ZenithGrid::kFineStep_deg * pi / 180;
-      const double apparent = chi - 0.01 * std::sin(chi);
-      cos_sun.push_back(static_cast<float>(std::cos(apparent)));
-      sin_sun.push_back(static_cast<float>(std::sin(apparent)));
+      lift.push_back(static_cast<float>(0.01 * std::sin(chi)));
     }
     const auto amplitude = floats(2 * 2 * L, 0, 1);
     for (std::size_t q = 0; q < 2; ++q) {
@@ -649,35 +772,39 @@ TEST(FloatKernel, GatherBeam) {
     }
     const auto air = floats(L, 0, 1), share = floats(L, 0.9, 1), weight = floats(2 * L, 0, 1);
     const double theta = between(0.0, pi);
-    const auto fill = [&](auto& in, const auto& c, const auto& s, const auto& a, const auto& h,
-                          const auto& k, const auto& p) {
+    const std::vector<std::size_t> kind{1, 0};
+    const auto fill = [&](auto& in, const auto& l, const auto& a, const auto& h, const auto& k,
+                          const auto& p) {
       in.gather.polarised = o.polarised;
       in.kinds = kinds;
+      in.kind = kind.data();
       in.phase_nodes = phase_nodes;
       in.cos_theta = static_cast<float>(std::cos(theta));
       in.sin_theta = static_cast<float>(std::sin(theta));
-      in.cos_sun = c.data(), in.sin_sun = s.data(), in.air_weight = a.data();
+      in.lift_rad = l.data(), in.air_weight = a.data();
       in.anisotropic_share = h.data(), in.kind_weight = k.data(), in.phase = p.data();
     };
     BeamInput<float> in;
-    starts.fill(in.gather, starts.cos_chi, starts.sin_chi, starts.cos_phi, starts.sin_phi,
-                starts.reference);
-    in.gather.scratch = starts.scratch.data();
-    fill(in, cos_sun, sin_sun, air, share, weight, phase);
-    const auto cc = doubles(starts.cos_chi), sc = doubles(starts.sin_chi),
-               cf = doubles(starts.cos_phi), sf = doubles(starts.sin_phi),
-               ref = doubles(starts.reference), dcs = doubles(cos_sun), dss = doubles(sin_sun),
-               da = doubles(air), dh = doubles(share), dw = doubles(weight), dph = doubles(phase);
+    starts.fill(in.gather);
+    fill(in, lift, air, share, weight, phase);
+    const auto dl = doubles(lift), da = doubles(air), dh = doubles(share), dw = doubles(weight),
+               dph = doubles(phase);
     BeamInput<double> twin_in;
-    starts.fill(twin_in.gather, cc, sc, cf, sf, ref);
-    fill(twin_in, dcs, dss, da, dh, dw, dph);
+    const auto kept = starts.fill(twin_in.gather);
+    fill(twin_in, dl, da, dh, dw, dph);
     std::vector<float> got(starts.pairs * o.stokes() * L, 0.0F);
     std::vector<double> twin = doubles(got);
     gather_beam(in, got.data());
     gather_beam_scalar(twin_in, twin.data());
     for (std::size_t i = 0; i < starts.pairs; ++i) {
       const Starts::Angles a = starts.angles(i);
-      const double angle_error = a.chi_error + a.azimuth_error * a.sine + 8 * kUnit;
+      const double direction_error = 24 * kUnit + 0.015 * a.chi_error;
+      const double apparent = a.chi - 0.01 * std::sin(a.chi);
+      const double sine = std::hypot(std::sin(apparent) * std::sin(a.azimuth),
+                                     std::sin(apparent) * std::cos(theta) * std::cos(a.azimuth) -
+                                         std::cos(apparent) * std::sin(theta));
+      const double plane_error =
+          2 * (sine * direction_error + 2e-5 * std::min(1.0, direction_error / sine));
       for (std::size_t w = 0; w < L; ++w) {
         // Size, and slope with the cosine of the scattering angle.
         double size = 1.0 * da[w], slope = 1.0 * da[w];
@@ -689,16 +816,47 @@ TEST(FloatKernel, GatherBeam) {
         }
         size *= Starts::kReference;
         slope *= Starts::kReference;
-        const double error = slope * angle_error + 0.3 * size * a.chi_error + 24 * kUnit * size;
+        const double error =
+            slope * (direction_error + 4 * kUnit) + 0.3 * size * a.chi_error + 16 * kUnit * size;
         const std::size_t at = i * o.stokes() * L + w;
         worst.add(got[at], twin[at], size, error / (kUnit * size));
         if (!o.polarised) continue;
-        // The light is polarised by no more than the sine of the scattering angle squared, which
-        // is what keeps a plane that is lost near 0 and pi from mattering: q <= size * 2 sin^2.
-        const double turn = 8 * size * angle_error;
+        const double turn = size * (plane_error + 6 * kUnit);
         for (std::size_t q = 1; q < 3; ++q) {
           linear.add(got[at + q * L], twin[at + q * L], size, (error + turn) / (kUnit * size));
         }
+      }
+    }
+  });
+}
+
+// The reference at a chi that is off, between two points of its table, times a weight.
+TEST(FloatKernel, GatherGround) {
+  Worst worst("gather_ground");
+  for_all(40, "gather_ground", [&] {
+    const std::size_t L = any_lanes(), stride = L * (one_in(2) ? 3 : 1);
+    Starts starts(L);
+    GatherInput<float> in;
+    starts.fill(in);
+    const auto weight = floats(L, -1, 1), start = floats(starts.pairs * stride, -1, 1);
+    auto got = start;
+    gather_ground(in, weight.data(), stride, got.data());
+    for (std::size_t i = 0; i < starts.pairs; ++i) {
+      const Starts::Angles a = starts.angles(i);
+      const double fine = a.chi * static_cast<double>(in.fine_per_radian);
+      const auto cell = static_cast<std::size_t>(fine);
+      for (std::size_t w = 0; w < stride; ++w) {
+        const double before = start[i * stride + w];
+        if (w >= L) {
+          EXPECT_EQ(got[i * stride + w], start[i * stride + w]);
+          continue;
+        }
+        const double value = std::lerp(static_cast<double>(starts.reference[cell * L + w]),
+                                       static_cast<double>(starts.reference[(cell + 1) * L + w]),
+                                       fine - static_cast<double>(cell));
+        const double k = weight[w], size = std::abs(before) + std::abs(k) * Starts::kReference;
+        worst.add(got[i * stride + w], before + k * value, size,
+                  Starts::kReferenceSlope * std::abs(k) * a.chi_error / (kUnit * size) + 3);
       }
     }
   });
