@@ -200,19 +200,12 @@ class Solver {
     }
   }
 
-  // At the ground with the Sun 6 degrees below the horizon, times 4 pi, [lane]; between nodes in
-  // the logarithm, as all light.
+  // At the ground, at the node nearest to a Sun 6 degrees below the horizon, times 4 pi, [lane].
   std::vector<double> mean_radiance(const OrdersGrid<T>& grid,
                                     const IncomingLight<T>& light) const {
-    std::vector<double> ground(grid.zenith.size() * grid.lanes);
-    for (std::size_t j = 0; j < grid.zenith.size(); ++j) {
-      for (std::size_t w = 0; w < grid.lanes; ++w) {
-        ground[j * grid.lanes + w] = std::max(0.0, trace(grid, light, 0, j, w));
-      }
-    }
+    const auto node = static_cast<std::size_t>(std::lround(grid.zenith.position(96 * kRadPerDeg)));
     std::vector<double> mean(grid.lanes);
-    const auto at = static_cast<std::size_t>(std::lround(96 / ZenithGrid::kFineStep_deg));
-    refine_trace(grid.zenith, ground, grid.lanes, grid.lanes, at, 1, mean.data());
+    for (std::size_t w = 0; w < grid.lanes; ++w) mean[w] = trace(grid, light, 0, node, w);
     return mean;
   }
 
