@@ -10,22 +10,13 @@
 #include "hwy/highway.h"
 #include "sim/angular_moments.h"
 #include "sim/emission_kernel.h"
+#include "sim/for_lanes-inl.h"
 #include "sim/orders_kernel.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace twilight {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
-
-// Runs f with the widest vectors that divide the lanes (8, or a multiple of 16).
-template <class T, class F>
-HWY_INLINE void ForLanes(std::size_t lanes, const F& f) {
-  if (lanes % 16 == 0) {
-    f(hn::CappedTag<T, 16>());
-  } else {
-    f(hn::CappedTag<T, 8>());
-  }
-}
 
 // What a pair sees at the point, one array of the scratch each.
 template <class T>
