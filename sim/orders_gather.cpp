@@ -21,7 +21,6 @@ constexpr double kDark = 1e-30;
 // changes by a few percent.
 constexpr double kSingleStep_rad = 0.1 * kRadPerDeg, kSingleStep_km = 0.5;
 constexpr double kMultipleStep_rad = 0.4 * kRadPerDeg;
-constexpr int kSunlitRows = 256;
 // Rays bent by more than this are followed colour by colour: blue light bends 2 % more than red,
 // which at 5 degrees of elevation is 0.2 arc minutes.
 constexpr double kDispersedDeflection_rad = 8.0 / 60 * kRadPerDeg;
@@ -38,7 +37,8 @@ OrdersGather::OrdersGather(const Inputs& inputs)
       full_(kinds_, *inputs.optics, inputs.options, false),
       truncated_(kinds_, *inputs.optics, inputs.options, true),
       sunlit_(*inputs.sunlight, inputs.options, inputs.medium->wavelength_nm,
-              inputs.medium->top_km(), kSunlitRows, inputs.solar_zenith_rad - inputs.reach_rad,
+              inputs.medium->top_km(), inputs.options.sunlight_nodes / 2,
+              inputs.solar_zenith_rad - inputs.reach_rad,
               inputs.solar_zenith_rad + inputs.reach_rad) {
   const Medium& m = *in_.medium;
   const OrdersField& field = *in_.field;

@@ -9,10 +9,6 @@
 
 namespace twilight {
 
-/// Nodes beyond this solar zenith angle are night: what light is scattered there is below 1e-12 of
-/// the day's.
-inline constexpr double kDarkestZenith_deg = 126;
-
 /// A direction of incoming light: zenith angle, and the weight of its cosine.
 struct PolarDirection {
   double zenith_rad, weight;

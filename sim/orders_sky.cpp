@@ -41,6 +41,9 @@ OrdersOptions options_of(const SceneModel& model) {
   options.disc_average = disc_averaged(scene);
   options.sun_distance_au = model.sun_distance_au;
   options.ground_light = solver.ground_light;
+  options.coarse_orders = solver.coarse_orders;
+  options.darkest_zenith_deg = solver.darkest_zenith_deg;
+  options.sunlight_nodes = solver.sunlight_nodes;
   return options;
 }
 
@@ -67,6 +70,8 @@ OrdersSky::OrdersSky(const SceneModel& model, std::shared_ptr<const OrdersField>
     optics_ = make_orders_medium(model_.medium, model_.ground_albedo, options_);
     DirectSunlightOptions exact;
     exact.exact = true;
+    exact.angle_nodes = options_.sunlight_nodes;
+    exact.altitude_nodes = options_.sunlight_nodes * 3 / 8;
     exact.refractive_spreading = model_.scene.atmosphere.refractive_spreading;
     sunlight_ = std::make_unique<DirectSunlight>(optics_.truncated, exact);
     summary_.stage_seconds.emplace_back("direct sunlight", seconds_since(start));

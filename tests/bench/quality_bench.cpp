@@ -1,0 +1,119 @@
+// Seconds and errors of the quality levels: quality_bench [--truth LEVEL] [--quick] [LEVEL ...]
+//
+// Every level solves clear and continental average air over albedo 0.1, 8 wavelengths (3 with
+// --quick), and is compared over the hemisphere with the truth: the reference level with all steps
+// refined by a third, or the level named.
+#include <fmt/format.h>
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "sim/orders_sky.h"
+#include "sim/quality.h"
+#include "sim/sky_difference.h"
+
+namespace twilight {
+namespace {
+
+constexpr double kRadPerDeg = std::numbers::pi / 180;
+
+double processor_seconds() {
+  rusage usage{};
+  ::getrusage(RUSAGE_SELF, &usage);
+  const auto seconds = [](const timeval& t) {
+    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+  };
+  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
+}
+
+struct Solved {
+  double seconds = 0;
+  std::vector<std::vector<double>> radiance;  // [Sun][view][wavelength]
+};
+
+Solved solve(const char* aerosol, const SolverOptions& solver, const std::vector<double>& nm,
+             const WeightedViews& views) {
+  Scene scene;
+  scene.aerosols.type = aerosol;
+  scene.solver = solver;
+  scene.solver.method = "orders";
+  scene.spectrum.wavelengths_nm = nm;
+  scene.sun.spectrum = "unit";
+  scene.sun.elevation_deg = kQualitySun_deg[0];
+  Solved result;
+  const double start = processor_seconds();
+  SceneModel model = build_scene_model(scene);
+  const OrdersSky sky(model, RunControl{});
+  result.seconds = processor_seconds() - start;
+  for (const double sun : kQualitySun_deg) {
+    model.sun_elevation_rad = sun * kRadPerDeg;
+    result.radiance.push_back(OrdersSky(model, sky.field(), RunControl{}).radiance(views.views));
+  }
+  return result;
+}
+
+SolverOptions steps_of(const QualityLevel& level) {
+  SolverOptions solver;
+  apply_quality(
+      level, [](std::string_view) { return true; }, solver);
+  return solver;
+}
+
+SolverOptions refined(SolverOptions s) {
+  s.zenith_step_deg *= 0.75;
+  s.altitude_levels = s.altitude_levels * 4 / 3;
+  s.polar_directions = s.polar_directions * 4 / 3;
+  s.azimuth_directions = s.azimuth_directions * 4 / 3;
+  s.phase_degree = std::min(64, s.phase_degree * 4 / 3);
+  return s;
+}
+
+}  // namespace
+}  // namespace twilight
+
+int main(int argc, char** argv) try {
+  using namespace twilight;
+  SolverOptions truth_steps = refined(steps_of(quality_level("reference")));
+  std::vector<double> nm = {380, 420, 460, 500, 550, 600, 650, 700};
+  std::vector<std::string> names;
+  for (int i = 1; i < argc; ++i) {
+    const std::string word = argv[i];
+    if (word == "--quick") {
+      nm = {400, 550, 700};
+    } else if (word == "--truth" && i + 1 < argc) {
+      truth_steps = steps_of(quality_level(argv[++i]));
+    } else {
+      names.push_back(word);
+    }
+  }
+  if (names.empty()) {
+    for (const QualityLevel& level : quality_levels()) names.emplace_back(level.name);
+  }
+  const WeightedViews views = hemisphere_views();
+  const std::vector<double> unit(nm.size(), 1.0);
+  for (const char* aerosol : {"none", "continental_average"}) {
+    const Solved truth = solve(aerosol, truth_steps, nm, views);
+    fmt::print("{}: truth {:.2f} processor seconds\n\n| level | seconds |", aerosol, truth.seconds);
+    for (const double sun : kQualitySun_deg) fmt::print(" {}° |", sun);
+    fmt::print("\n|---|---|");
+    for (std::size_t i = 0; i < kQualitySun_deg.size(); ++i) fmt::print("---|");
+    fmt::print("\n");
+    for (const std::string& name : names) {
+      const Solved level = solve(aerosol, steps_of(quality_level(name)), nm, views);
+      fmt::print("| {} | {:.2f} |", name, level.seconds);
+      for (std::size_t i = 0; i < kQualitySun_deg.size(); ++i) {
+        const SkyDifference d = sky_difference(views, unit, truth.radiance[i], level.radiance[i]);
+        fmt::print(" {:.2g}/{:.2g}/{:.2g} |", 100 * d.mean, 100 * d.percentile_95, 100 * d.largest);
+      }
+      fmt::print("\n");
+    }
+    fmt::print("\n");
+  }
+  return EXIT_SUCCESS;
+} catch (const std::exception& error) {
+  fmt::print(stderr, "quality_bench: {}\n", error.what());
+  return EXIT_FAILURE;
+}
