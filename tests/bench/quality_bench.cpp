@@ -8,6 +8,8 @@
 
 #include <algorithm>
 #include <numbers>
+#include <sstream>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -55,11 +57,21 @@ Solved solve(const char* aerosol, const SolverOptions& solver, const std::vector
   return result;
 }
 
-SolverOptions steps_of(const QualityLevel& level) {
-  SolverOptions solver;
-  apply_quality(
-      level, [](std::string_view) { return true; }, solver);
-  return solver;
+// Of a level's name, or of "ZENITH_STEP:LEVELS:POLAR:AZIMUTHS:DEGREE:TOLERANCE:SUNLIGHT_NODES".
+SolverOptions steps_of(const std::string& name) {
+  SolverOptions s;
+  if (name.find(':') == std::string::npos) {
+    apply_quality(
+        quality_level(name), [](std::string_view) { return true; }, s);
+    return s;
+  }
+  std::istringstream text(name);
+  char colon = 0;
+  text >> s.zenith_step_deg >> colon >> s.altitude_levels >> colon >> s.polar_directions >> colon >>
+      s.azimuth_directions >> colon >> s.phase_degree >> colon >> s.order_tolerance >> colon >>
+      s.sunlight_nodes;
+  if (!text) throw std::invalid_argument(name + ": must be seven numbers with colons between them");
+  return s;
 }
 
 SolverOptions refined(SolverOptions s) {
@@ -76,7 +88,7 @@ SolverOptions refined(SolverOptions s) {
 
 int main(int argc, char** argv) try {
   using namespace twilight;
-  SolverOptions truth_steps = refined(steps_of(quality_level("reference")));
+  SolverOptions truth_steps = refined(steps_of("reference"));
   std::vector<double> nm = {380, 420, 460, 500, 550, 600, 650, 700};
   std::vector<std::string> names;
   for (int i = 1; i < argc; ++i) {
@@ -84,7 +96,7 @@ int main(int argc, char** argv) try {
     if (word == "--quick") {
       nm = {400, 550, 700};
     } else if (word == "--truth" && i + 1 < argc) {
-      truth_steps = steps_of(quality_level(argv[++i]));
+      truth_steps = steps_of(argv[++i]);
     } else {
       names.push_back(word);
     }
@@ -102,7 +114,7 @@ int main(int argc, char** argv) try {
     for (std::size_t i = 0; i < kQualitySun_deg.size(); ++i) fmt::print("---|");
     fmt::print("\n");
     for (const std::string& name : names) {
-      const Solved level = solve(aerosol, steps_of(quality_level(name)), nm, views);
+      const Solved level = solve(aerosol, steps_of(name), nm, views);
       fmt::print("| {} | {:.2f} |", name, level.seconds);
       for (std::size_t i = 0; i < kQualitySun_deg.size(); ++i) {
         const SkyDifference d = sky_difference(views, unit, truth.radiance[i], level.radiance[i]);
