@@ -12,6 +12,8 @@
 #include <string_view>
 #include <system_error>
 
+#include "atmosphere/csv_line.h"
+
 namespace twilight {
 namespace {
 
@@ -49,12 +51,6 @@ std::string number(double value) {
   std::array<char, 32> text{};
   const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
   return {text.data(), end};
-}
-
-std::string_view trimmed(std::string_view s) {
-  const auto first = s.find_first_not_of(" \t\r");
-  if (first == std::string_view::npos) return {};
-  return s.substr(first, s.find_last_not_of(" \t\r") - first + 1);
 }
 
 class Reader {
@@ -110,15 +106,13 @@ class Reader {
   Row parse(std::string_view text, std::size_t line) const {
     Row row{};
     row.line = line;
-    const auto columns = static_cast<std::size_t>(std::count(text.begin(), text.end(), ',')) + 1;
-    if (columns != kColumns.size()) {
-      fail(line, "row has " + std::to_string(columns) + " columns: must be " +
+    const std::vector<std::string_view> cells = split_at_commas(text);
+    if (cells.size() != kColumns.size()) {
+      fail(line, "row has " + std::to_string(cells.size()) + " columns: must be " +
                      std::to_string(kColumns.size()));
     }
     for (std::size_t c = 0; c < kColumns.size(); ++c) {
-      const auto comma = text.find(',');
-      const std::string_view cell = trimmed(text.substr(0, comma));
-      if (comma != std::string_view::npos) text.remove_prefix(comma + 1);
+      const std::string_view cell = cells[c];
       row.text[c] = std::string(cell);
       const char* end = cell.data() + cell.size();
       const auto [stop, problem] = std::from_chars(cell.data(), end, row.value[c]);

@@ -10,28 +10,13 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "atmosphere/csv_line.h"
+
 namespace twilight {
 namespace {
 
 constexpr std::string_view kElevationColumn = "view_elevation_deg";
 constexpr std::string_view kAzimuthColumn = "relative_azimuth_deg";
-
-std::string_view trimmed(std::string_view text) {
-  constexpr std::string_view kBlank = " \t\r";
-  const std::size_t first = text.find_first_not_of(kBlank);
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(kBlank) - first + 1);
-}
-
-std::vector<std::string_view> split_at_commas(std::string_view line) {
-  std::vector<std::string_view> cells;
-  for (;;) {
-    const std::size_t comma = line.find(',');
-    cells.push_back(trimmed(line.substr(0, comma)));
-    if (comma == std::string_view::npos) return cells;
-    line.remove_prefix(comma + 1);
-  }
-}
 
 // A whole finite decimal number inside low..high; `what` names it in the complaint.
 double number_in(std::string_view text, double low, double high, std::string_view what) {
@@ -83,12 +68,43 @@ void add_field(CLI::App* sub, CommandLine& line) {
       "same atmosphere, ground and solver, for any Sun, observer and view");
 }
 
+void add_tradeoff(CLI::App& app, CommandLine& line) {
+  TradeoffOptions& options = line.tradeoff;
+  CLI::App* sub = add_command(app, line, Command::kTradeoff, "tradeoff",
+                              "seconds and memory against error, for a ladder of settings");
+  sub->add_option("-o,--output", options.directory,
+                  "folder for tables, plots and each rung's result; a run that was stopped goes on "
+                  "with what is there")
+      ->required();
+  sub->add_option("--reference", options.reference,
+                  "what errors are measured against: orders (finer grids), monte-carlo (at the "
+                  "scene's target_relative_error), or the reference.json of an earlier run")
+      ->capture_default_str();
+  sub->add_option("--reference-set", options.reference_overrides,
+                  "KEY=VALUE for the reference alone; repeatable")
+      ->allow_extra_args(false);
+  sub->add_option(
+      "--only", options.only,
+      "run only rungs whose name, group or kind matches, as 'cells-*' or approximation");
+  sub->add_option("--suns", options.suns,
+                  "elevations of the Sun, degrees [30,5,0,-3,-6,-9,-12; quick: 5,-3,-6]");
+  sub->add_option("--repeat", options.repeat, "runs of every rung; the least seconds count [1]");
+  sub->add_flag("--quick", options.quick, "few rungs, coarse grids, three Suns");
+  sub->add_flag("--fresh", options.fresh, "run again what is there already");
+
+  CLI::App* rung = add_command(app, line, Command::kTradeoffRung, "tradeoff-rung", "");
+  rung->group("");  // of the program's own use
+  rung->add_option("--suns", options.suns)->required();
+  rung->add_option("--parent", line.parent)->required();
+}
+
 // CLI11 says of an unknown command only that it was not expected.
 std::optional<std::string> unknown_command(const CLI::App& app, int argc, const char* const* argv) {
   if (argc < 2 || std::string_view(argv[1]).starts_with('-')) return std::nullopt;
   std::string known;
   for (const CLI::App* sub : app.get_subcommands([](const CLI::App*) { return true; })) {
     if (sub->get_name() == argv[1]) return std::nullopt;
+    if (sub->get_group().empty()) continue;
     known += fmt::format("{}{}", known.empty() ? "" : ", ", sub->get_name());
   }
   return fmt::format("'{}': unknown command; must be one of {}", argv[1], known);
@@ -140,6 +156,8 @@ ParsedCommandLine parse_command_line(int argc, const char* const* argv) {
   add_command(app, line, Command::kSun, "sun",
               "where the Sun stands, and when it sets and twilight ends, as CSV");
   add_command(app, line, Command::kOptics, "optics", "the layers of the atmosphere, as CSV");
+
+  add_tradeoff(app, line);
 
   try {
     app.parse(argc, argv);

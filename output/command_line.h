@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "output/tradeoff.h"
 #include "sim/sky.h"
 
 namespace twilight {
@@ -19,7 +20,16 @@ inline constexpr int kExitFailure = 1;
 inline constexpr int kExitBadInput = 2;
 inline constexpr int kExitInterrupted = 130;
 
-enum class Command { kRender, kRadiance, kIrradiance, kSun, kOptics, kSolve };
+enum class Command {
+  kRender,
+  kRadiance,
+  kIrradiance,
+  kSun,
+  kOptics,
+  kSolve,
+  kTradeoff,
+  kTradeoffRung
+};
 
 /// A view as the user gave it, in degrees.
 struct View {
@@ -42,6 +52,9 @@ struct CommandLine {
   std::optional<std::filesystem::path> field;
   std::vector<std::string> views;  ///< radiance, "EL,AZ"
   std::optional<std::filesystem::path> views_file;
+  /// tradeoff; its scene and overrides are those above.
+  TradeoffOptions tradeoff;
+  int parent = 0;  ///< tradeoff-rung: the process that measures it
 
   /// Where the spectral layout goes: "sky.spectral.exr" beside "sky.exr".
   std::filesystem::path spectral_output() const;

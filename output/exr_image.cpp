@@ -10,6 +10,7 @@
 #include <OpenEXR/ImfOutputFile.h>
 #include <OpenEXR/ImfStandardAttributes.h>
 #include <OpenEXR/ImfStringAttribute.h>
+#include <OpenEXR/ImfThreading.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -17,6 +18,7 @@
 #include <cstddef>
 #include <exception>
 #include <stdexcept>
+#include <thread>
 
 #include "output/atomic_file.h"
 
@@ -137,6 +139,10 @@ void add_channels(Imf::Header& header, Imf::FrameBuffer& frame, const SkyImage& 
 void write_file(AtomicFile& file, const Imf::Header& header, const Imf::FrameBuffer& frame,
                 int height) {
   CheckedStream stream(file);
+  // Chunks are compressed each on its own: the same bytes for any number of threads.
+  if (Imf::globalThreadCount() == 0) {
+    Imf::setGlobalThreadCount(static_cast<int>(std::thread::hardware_concurrency()));
+  }
   try {
     Imf::OutputFile output(stream, header);
     output.setFrameBuffer(frame);

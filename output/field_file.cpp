@@ -5,15 +5,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <map>
 #include <numbers>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <string_view>
 #include <variant>
 #include <vector>
 
+#include "output/checksum.h"
 #include "output/command_line.h"
 #include "sim/scene_file.h"
 
@@ -164,15 +165,10 @@ std::size_t count_of(const Variable& variable, const Sizes& sizes) {
   return count;
 }
 
-// FNV-1a of the numbers' bytes: a file cut short reads as zeros otherwise.
+// Of the numbers' bytes: a file cut short reads as zeros otherwise.
 template <class Number>
 std::string checksum_of(const std::vector<Number>& values) {
-  std::uint64_t hash = 14695981039346656037ULL;
-  const auto* byte = reinterpret_cast<const unsigned char*>(values.data());
-  for (std::size_t i = 0; i < values.size() * sizeof(Number); ++i) {
-    hash = (hash ^ byte[i]) * 1099511628211ULL;
-  }
-  return fmt::format("{:016x}", hash);
+  return fnv1a64(std::as_bytes(std::span(values)));
 }
 
 template <class Number>

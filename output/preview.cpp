@@ -1,7 +1,6 @@
 #include "output/preview.h"
 
-#include <OpenImageIO/filesystem.h>
-#include <OpenImageIO/imageio.h>
+#include <png.h>
 
 #include <algorithm>
 #include <cmath>
@@ -117,18 +116,18 @@ std::vector<std::uint8_t> tone_map(const SkyImage& image, const PreviewSettings&
 
 void write_preview_png(AtomicFile& file, const SkyImage& image, const PreviewSettings& settings) {
   const auto bytes = tone_map(image, settings);
-  const auto output = OIIO::ImageOutput::create("png");
-  if (!output) file.fail(OIIO::geterror());
-  // Into memory: OpenImageIO's own file writing does not notice a full disc.
-  OIIO::Filesystem::IOVecOutput memory;
-  output->set_ioproxy(&memory);
-  OIIO::ImageSpec spec(image.width, image.height, 3, OIIO::TypeDesc::UINT8);
-  spec.attribute("oiio:ColorSpace", "sRGB");
-  if (!output->open(file.temporary().string(), spec) ||
-      !output->write_image(OIIO::TypeDesc::UINT8, bytes.data()) || !output->close()) {
-    file.fail(output->geterror());
+  png_image png{};
+  png.version = PNG_IMAGE_VERSION;
+  png.width = static_cast<png_uint_32>(image.width);
+  png.height = static_cast<png_uint_32>(image.height);
+  png.format = PNG_FORMAT_RGB;  // 8 bits, sRGB
+  // Into memory: libpng's own file writing would not name a full disc.
+  std::vector<std::uint8_t> memory(PNG_IMAGE_PNG_SIZE_MAX(png));
+  png_alloc_size_t size = memory.size();
+  if (png_image_write_to_memory(&png, memory.data(), &size, 0, bytes.data(), 0, nullptr) == 0) {
+    file.fail(png.message);
   }
-  file.write(memory.buffer().data(), memory.buffer().size());
+  file.write(reinterpret_cast<const char*>(memory.data()), size);
 }
 
 void write_preview_png(const std::filesystem::path& path, const SkyImage& image,

@@ -18,6 +18,8 @@ constexpr std::size_t kNoPixel = static_cast<std::size_t>(-1);
 // Enough views per call to keep every thread of a solver busy, few enough to
 // stay small in memory and to answer a cancel quickly.
 constexpr std::size_t kViewsPerBatch = 16384;
+// Pixels put into the order of their elevations, in which solvers find neighbours that share work.
+constexpr std::size_t kViewsSorted = 1 << 19;
 
 /// A count of half steps, if an azimuth is a whole number of them.
 std::optional<long> whole_steps(double azimuth_rad, double step_rad) {
@@ -33,6 +35,7 @@ double relative_azimuth_rad(double azimuth_rad, double sun_azimuth_rad) {
 }
 
 struct Pending {
+  ViewDirection view;
   std::size_t pixel;
   std::size_t mirror;  // kNoPixel if none
 };
@@ -159,26 +162,37 @@ SkyMap render_map(const Sky& sky, const ColourIntegrator& integrator, const MapS
 
   std::vector<ViewDirection> views;
   std::vector<Pending> pending;
-  std::size_t reached = 0;
-  const auto flush = [&] {
+  std::size_t reached = 0, reported = 0;
+  const auto answer = [&](std::span<const Pending> batch) {
     control.check();
-    if (!views.empty()) {
-      const auto radiance = sky.radiance(views);
-      if (radiance.size() != views.size() * wavelengths) {
-        throw std::logic_error("sky returned " + std::to_string(radiance.size()) +
-                               " radiances for " + std::to_string(views.size()) + " views of " +
-                               std::to_string(wavelengths) + " wavelengths");
-      }
-      for (std::size_t i = 0; i < views.size(); ++i) {
-        const auto spectrum = std::span(radiance).subspan(i * wavelengths, wavelengths);
-        check_spectrum(spectrum, wavelength_nm, views[i]);
-        store(pending[i].pixel, spectrum);
-        if (pending[i].mirror != kNoPixel) store(pending[i].mirror, spectrum);
-      }
-      views.clear();
-      pending.clear();
+    views.clear();
+    for (const Pending& p : batch) views.push_back(p.view);
+    const auto radiance = sky.map_radiance(views);
+    if (radiance.size() != views.size() * wavelengths) {
+      throw std::logic_error("sky returned " + std::to_string(radiance.size()) + " radiances for " +
+                             std::to_string(views.size()) + " views of " +
+                             std::to_string(wavelengths) + " wavelengths");
     }
-    control.report("image", static_cast<double>(reached) / static_cast<double>(pixels));
+    for (std::size_t i = 0; i < views.size(); ++i) {
+      const auto spectrum = std::span(radiance).subspan(i * wavelengths, wavelengths);
+      check_spectrum(spectrum, wavelength_nm, views[i]);
+      store(batch[i].pixel, spectrum);
+      if (batch[i].mirror != kNoPixel) store(batch[i].mirror, spectrum);
+    }
+  };
+  const auto flush = [&] {
+    std::ranges::stable_sort(pending, {}, [](const Pending& p) { return p.view.elevation_rad; });
+    for (std::size_t i = 0; i < pending.size(); i += kViewsPerBatch) {
+      const std::size_t count = std::min(kViewsPerBatch, pending.size() - i);
+      answer(std::span(pending).subspan(i, count));
+      const double share = static_cast<double>(i + count) / static_cast<double>(pending.size());
+      control.report("image", (static_cast<double>(reported) +
+                               share * static_cast<double>(reached - reported)) /
+                                  static_cast<double>(pixels));
+    }
+    control.check();
+    pending.clear();
+    reported = reached;
   };
 
   for (int y = 0; y < height; ++y) {
@@ -190,11 +204,11 @@ SkyMap render_map(const Sky& sky, const ColourIntegrator& integrator, const MapS
           mirrored_pixel(settings.projection, settings.size, settings.sun_azimuth_rad, x, y);
       if (mirror && *mirror < pixel) continue;  // done with its twin
       const double azimuth = relative_azimuth_rad(direction->azimuth_rad, settings.sun_azimuth_rad);
-      views.push_back({direction->elevation_rad, azimuth});
-      pending.push_back({pixel, mirror && *mirror != pixel ? *mirror : kNoPixel});
+      pending.push_back({{direction->elevation_rad, azimuth},
+                         pixel,
+                         mirror && *mirror != pixel ? *mirror : kNoPixel});
     }
-    // Whole rows only, so that progress moves row by row.
-    if (views.size() >= kViewsPerBatch || y == height - 1) flush();
+    if (pending.size() >= kViewsSorted || y == height - 1) flush();
   }
   return map;
 }

@@ -1,5 +1,6 @@
 // The program: scene file in, image or CSV out.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 #include <sys/resource.h>
@@ -10,8 +11,10 @@
 #include <chrono>
 #include <cmath>
 #include <csignal>
+#include <cstdlib>
 #include <deque>
 #include <iostream>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <numbers>
@@ -19,6 +22,7 @@
 
 #include "atmosphere/refraction.h"
 #include "output/atomic_file.h"
+#include "output/child_run.h"
 #include "output/colour.h"
 #include "output/command_line.h"
 #include "output/csv_table.h"
@@ -26,11 +30,14 @@
 #include "output/field_file.h"
 #include "output/photometry.h"
 #include "output/preview.h"
+#include "output/scene_colour.h"
 #include "output/sky_image.h"
+#include "output/tradeoff.h"
+#include "output/tradeoff_report.h"
 #include "sim/scene_file.h"
 #include "sim/scene_model.h"
+#include "sim/simd_target.h"
 #include "solar/place.h"
-#include "solar/solar_spectrum.h"
 #include "solar/time_point.h"
 #include "solar/twilight_events.h"
 
@@ -187,18 +194,6 @@ struct Run {
   }
 };
 
-/// Colour or photometric weights for the sky's own wavelengths and distance from the Sun.
-ColourIntegrator colour_integrator(const SceneModel& model, const Sky& sky,
-                                   ColourObserver observer) {
-  const double per_distance = 1.0 / (model.sun_distance_au * model.sun_distance_au);
-  return ColourIntegrator(
-      sky.wavelength_nm(),
-      [&](double wavelength_nm) {
-        return per_distance * solar_irradiance_w_m2_nm(model.scene.sun.spectrum, wavelength_nm);
-      },
-      observer);
-}
-
 // From orbit the Sun rises and sets by the almanac of the highest place that tables reach.
 std::optional<Place> place_of(const Scene& scene) {
   if (!scene.observer.latitude_deg) return std::nullopt;
@@ -274,9 +269,9 @@ void render(Run& run) {
     const double radius_km = model.medium.earth_radius_km;
     settings.horizon_elevation_rad =
         -std::acos(radius_km / (radius_km + run.scene.observer.height_m / 1000.0));
-    return render_map(
-        *sky, colour_integrator(model, *sky, colour_observer_from_name(output.colour_observer)),
-        settings, run.control());
+    return render_map(*sky,
+                      colour_integrator(model, colour_observer_from_name(output.colour_observer)),
+                      settings, run.control());
   });
 
   // From here on everything is written: either no file or all of them.
@@ -365,7 +360,7 @@ void irradiance(Run& run) {
 
   std::vector<double> global(parts.direct.size());
   std::ranges::transform(parts.direct, parts.diffuse, global.begin(), std::plus<>());
-  const ColourIntegrator photopic = colour_integrator(model, *sky, ColourObserver::kCie1931);
+  const ColourIntegrator photopic = colour_integrator(model, ColourObserver::kCie1931);
   const auto lux = [&](std::span<const double> spectrum) {
     return illuminance_lux(photopic, spectrum, sky->solar_irradiance());
   };
@@ -486,7 +481,44 @@ void optics(Run& run) {
   table.write("-", std::cout);
 }
 
+void tradeoff(Run& run) {
+  const TradeoffPlan plan = checking_input([&] {
+    TradeoffOptions options = run.line.tradeoff;
+    options.scene = run.line.scene;
+    options.overrides = run.line.overrides;
+    return plan_tradeoff(options);
+  });
+  const TradeoffOutcome outcome = run_tradeoff(plan, run.control());
+  const std::vector<std::string> files = write_tradeoff_report(plan, outcome);
+  run.progress.clear();
+
+  std::map<RungState, int> count;
+  for (const RungOutcome& rung : outcome.rungs) {
+    ++count[rung.state];
+    if (rung.state != RungState::kFailed) continue;
+    run.log.error("twilight: rung {} failed: {}", rung.planned.rung.name, rung.reason);
+  }
+  run.log.info("rungs: {} run now, {} kept; {} done, {} skipped, {} not asked for, {} failed",
+               outcome.ran, outcome.kept, count[RungState::kDone], count[RungState::kSkipped],
+               count[RungState::kNotRun], count[RungState::kFailed]);
+  run.log.info("total {:.1f} s; written to {}: {}", run.clock.seconds(),
+               plan.options.directory.string(), fmt::join(files, ", "));
+  if (count[RungState::kFailed] > 0) {
+    throw std::runtime_error(fmt::format(
+        "{} of the rungs failed; the same command tries them again", count[RungState::kFailed]));
+  }
+}
+
+// A child of tradeoff: its scene comes from the parent, its sample goes back as JSON.
+void tradeoff_rung(const CommandLine& line) {
+  end_with_parent(line.parent);
+  std::cout << run_tradeoff_rung(line.scene, line.tradeoff.suns, {{}, &stop_requested})
+            << std::flush;
+  if (!std::cout) throw std::runtime_error("cannot write standard output");
+}
+
 void run_command(const CommandLine& line, spdlog::logger& log) {
+  if (line.command == Command::kTradeoffRung) return tradeoff_rung(line);
   const LoadedScene loaded = checking_input([&] { return load_scene(line.scene, line.overrides); });
   if (line.print_config) {
     std::cout << to_toml(loaded.scene) << std::flush;
@@ -507,6 +539,10 @@ void run_command(const CommandLine& line, spdlog::logger& log) {
       return sun(run);
     case Command::kOptics:
       return optics(run);
+    case Command::kTradeoff:
+      return tradeoff(run);
+    case Command::kTradeoffRung:
+      return;  // needs no run
   }
 }
 
@@ -526,10 +562,16 @@ int program(int argc, char** argv) {
   // A file-size limit shall be a failed write, which is cleaned up, not a sudden end.
   ::signal(SIGXFSZ, SIG_IGN);
   try {
+    // For measurements (tests/bench/README.md); a sky differs by rounding only.
+    if (const char* cap = std::getenv("TWILIGHT_SIMD")) {
+      checking_input([&] { cap_simd_target(cap); });
+    }
     run_command(*parsed.command, log);
     return kExitSuccess;
   } catch (const Cancelled&) {
-    log.error("twilight: stopped; nothing was written");
+    const bool keeps = parsed.command->command == Command::kTradeoff;
+    log.error("twilight: stopped; {}",
+              keeps ? "rungs that are done are kept for the next time" : "nothing was written");
     return kExitInterrupted;
   } catch (const BadInput& error) {
     log.error("twilight: {}", error.what());

@@ -9,6 +9,7 @@
 #include <chrono>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <stdexcept>
 
 #include "atmosphere/refraction.h"
@@ -82,9 +83,9 @@ CellSky::CellSky(const SceneModel& model, const RunControl& control) : model_(mo
     }
     exchange_ = solve_exchange(model_.medium, *grid_, all_cells.get(), *sunlight_, sun_, optics_,
                                options_, control);
-    summary_.stage_seconds.emplace_back("exchange: setup", exchange_.report.setup_seconds);
     summary_.stage_seconds.emplace_back("exchange: first event",
                                         exchange_.report.first_event_seconds);
+    summary_.stage_seconds.emplace_back("exchange: kernels", exchange_.report.kernels_seconds);
     summary_.stage_seconds.emplace_back("exchange: passes", exchange_.report.passes_seconds);
 
     GatherInputs gather;
@@ -135,24 +136,44 @@ std::vector<double> CellSky::gather(std::span<const ViewDirection> views,
                                     ViewGather::Light light) const {
   const std::size_t W = model_.medium.wavelengths();
   std::vector<double> out(views.size() * W);
+  // Views of one elevation share their ray; they are few enough to keep every thread busy.
+  constexpr std::size_t kMostOfARay = 64;
+  std::vector<std::size_t> order(views.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::stable_sort(order, {}, [&](std::size_t i) { return views[i].elevation_rad; });
+  std::vector<std::size_t> first;
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    if (i == 0 || i - first.back() == kMostOfARay ||
+        views[order[i]].elevation_rad != views[order[i - 1]].elevation_rad) {
+      first.push_back(i);
+    }
+  }
+  first.push_back(order.size());
   arena_->arena.execute([&] {
-    tbb::parallel_for(std::size_t{0}, views.size(), [&](std::size_t i) {
+    tbb::parallel_for(std::size_t{0}, first.size() - 1, [&](std::size_t group) {
       std::vector<float> lanes(optics_.lanes);
+      const double elevation_rad = views[order[first[group]]].elevation_rad;
       // The cells hold no ground to look at: below the horizon the ray is followed.
-      if (cell_gather_ && light == ViewGather::Light::kAll && views[i].elevation_rad >= 0) {
-        cell_gather_->radiance(views[i].elevation_rad, views[i].relative_azimuth_rad, lanes.data());
-      } else {
-        view_gather_->radiance(views[i].elevation_rad, views[i].relative_azimuth_rad, lanes.data(),
-                               light);
-      }
-      for (std::size_t w = 0; w < W; ++w) {
-        const double value = static_cast<double>(lanes[w]) * model_.solar_irradiance[w];
-        if (!(std::isfinite(value) && value >= 0)) {
-          throw std::logic_error(fmt::format("radiance {} at {} nm, view {} rad, {} rad", value,
-                                             model_.medium.wavelength_nm[w], views[i].elevation_rad,
-                                             views[i].relative_azimuth_rad));
+      const bool from_cells =
+          cell_gather_ && light == ViewGather::Light::kAll && elevation_rad >= 0;
+      ViewGather::Ray ray;
+      if (!from_cells) ray = view_gather_->ray(elevation_rad);
+      for (std::size_t k = first[group]; k < first[group + 1]; ++k) {
+        const std::size_t i = order[k];
+        if (from_cells) {
+          cell_gather_->radiance(elevation_rad, views[i].relative_azimuth_rad, lanes.data());
+        } else {
+          view_gather_->radiance(ray, views[i].relative_azimuth_rad, lanes.data(), light);
         }
-        out[i * W + w] = value;
+        for (std::size_t w = 0; w < W; ++w) {
+          const double value = static_cast<double>(lanes[w]) * model_.solar_irradiance[w];
+          if (!(std::isfinite(value) && value >= 0)) {
+            throw std::logic_error(fmt::format(
+                "radiance {} at {} nm, view {} rad, {} rad", value, model_.medium.wavelength_nm[w],
+                views[i].elevation_rad, views[i].relative_azimuth_rad));
+          }
+          out[i * W + w] = value;
+        }
       }
     });
   });

@@ -7,6 +7,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include "sim/gather_kernel.h"
 #include "sim/spectral_lanes.h"
 
 namespace twilight {
@@ -68,28 +69,35 @@ DirectSunlight::DirectSunlight(const Medium& medium, const DirectSunlightOptions
 }
 
 double DirectSunlight::shadow_zenith_rad(double altitude_km) const {
-  if (exact_) {
-    double horizon = 0;
-    for (const SunRays& r : rays_) horizon = std::max(horizon, r.shadow_zenith_rad(altitude_km));
-    return horizon;
-  }
+  if (!exact_) return level(altitude_km).horizon_rad;
+  double horizon = 0;
+  for (const SunRays& r : rays_) horizon = std::max(horizon, r.shadow_zenith_rad(altitude_km));
+  return horizon;
+}
+
+DirectSunlight::Level DirectSunlight::level(double altitude_km) const {
+  Level level;
+  level.altitude_km = altitude_km;
+  if (exact_) return level;
   const double f = std::sqrt(std::clamp(altitude_km / top_km_, 0.0, 1.0)) * (altitude_nodes_ - 1);
   const int i = std::min(static_cast<int>(f), altitude_nodes_ - 2);
-  const double t = f - i;
-  const auto row = static_cast<std::size_t>(i);
-  return horizon_rad_[row] * (1 - t) + horizon_rad_[row + 1] * t;
+  level.between = f - i;
+  level.row = static_cast<std::size_t>(i);
+  level.horizon_rad =
+      horizon_rad_[level.row] * (1 - level.between) + horizon_rad_[level.row + 1] * level.between;
+  return level;
 }
 
 double DirectSunlight::apparent_zenith_rad(double altitude_km, double solar_zenith_rad) const {
   return middle().apparent_zenith_rad(std::clamp(altitude_km, 0.0, top_km_), solar_zenith_rad);
 }
 
-bool DirectSunlight::attenuation(double altitude_km, double solar_zenith_rad, float* out) const {
-  if (!exact_) return look_up(altitude_km, solar_zenith_rad, out);
+bool DirectSunlight::attenuation(const Level& level, double solar_zenith_rad, float* out) const {
+  if (!exact_) return look_up(level, solar_zenith_rad, out);
   bool lit = false;
   for (std::size_t w = 0; w < wavelengths_; ++w) {
     double value;
-    if (rays_[w].attenuation(altitude_km, solar_zenith_rad, value)) {
+    if (rays_[w].attenuation(level.altitude_km, solar_zenith_rad, value)) {
       if (!lit) std::fill(out, out + lanes_, kOpaque);
       lit = true;
       out[w] = opaque_at_most(value);
@@ -98,26 +106,19 @@ bool DirectSunlight::attenuation(double altitude_km, double solar_zenith_rad, fl
   return lit;
 }
 
-bool DirectSunlight::look_up(double altitude_km, double solar_zenith_rad, float* out) const {
-  const double f = std::sqrt(std::clamp(altitude_km / top_km_, 0.0, 1.0)) * (altitude_nodes_ - 1);
-  const int i = std::min(static_cast<int>(f), altitude_nodes_ - 2);
-  const double t = f - i;
-  const auto row = static_cast<std::size_t>(i);
-  const double horizon = horizon_rad_[row] * (1 - t) + horizon_rad_[row + 1] * t;
-  const double x2 = 1 - solar_zenith_rad / horizon;
+bool DirectSunlight::look_up(const Level& level, double solar_zenith_rad, float* out) const {
+  const double x2 = 1 - solar_zenith_rad / level.horizon_rad;
   if (!(x2 >= 0)) return false;
   const double g = std::sqrt(x2) * (angle_nodes_ - 1);
   const int k = std::min(static_cast<int>(g), angle_nodes_ - 2);
-  const double u = g - k;
-  const auto f00 = static_cast<float>((1 - t) * (1 - u)), f01 = static_cast<float>((1 - t) * u);
-  const auto f10 = static_cast<float>(t * (1 - u)), f11 = static_cast<float>(t * u);
+  const double t = level.between, u = g - k;
   const std::size_t n_ang = static_cast<std::size_t>(angle_nodes_);
-  const float* p0 = &table_[(row * n_ang + static_cast<std::size_t>(k)) * lanes_];
-  const float* p1 = p0 + n_ang * lanes_;
-  const std::size_t L = lanes_;
-  for (std::size_t w = 0; w < L; ++w) {
-    out[w] = f00 * p0[w] + f01 * p0[w + L] + f10 * p1[w] + f11 * p1[w + L];
-  }
+  const float* near = &table_[(level.row * n_ang + static_cast<std::size_t>(k)) * lanes_];
+  const float* const rows[] = {near, near + lanes_, near + n_ang * lanes_,
+                               near + n_ang * lanes_ + lanes_};
+  const float weights[] = {static_cast<float>((1 - t) * (1 - u)), static_cast<float>((1 - t) * u),
+                           static_cast<float>(t * (1 - u)), static_cast<float>(t * u)};
+  weighted_sum(rows, weights, lanes_, out);
   return true;
 }
 

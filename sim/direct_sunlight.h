@@ -40,7 +40,19 @@ class DirectSunlight {
   /// logarithm of the refractive spreading where that is on (so that it may fall just below 0).
   /// Returns false (and leaves out alone) where the Earth shadows every wavelength; a wavelength
   /// alone in the shadow gets kOpaque, and so do padding lanes.
-  bool attenuation(double altitude_km, double solar_zenith_rad, float* out) const;
+  bool attenuation(double altitude_km, double solar_zenith_rad, float* out) const {
+    return attenuation(level(altitude_km), solar_zenith_rad, out);
+  }
+
+  /// What look-ups at one altitude share.
+  struct Level {
+    double altitude_km = 0;
+    double horizon_rad = 0;  ///< shadow_zenith_rad; 0 with exact
+    std::size_t row = 0;     ///< of the table, and the place between it and the next
+    double between = 0;
+  };
+  Level level(double altitude_km) const;
+  bool attenuation(const Level& level, double solar_zenith_rad, float* out) const;
 
   /// Geometric solar zenith angle beyond which every wavelength is in shadow, rad.
   double shadow_zenith_rad(double altitude_km) const;
@@ -60,7 +72,7 @@ class DirectSunlight {
 
  private:
   const SunRays& middle() const { return rays_[exact_ ? wavelengths_ / 2 : 0]; }
-  bool look_up(double altitude_km, double solar_zenith_rad, float* out) const;
+  bool look_up(const Level& level, double solar_zenith_rad, float* out) const;
 
   double top_km_;
   std::size_t wavelengths_, lanes_;

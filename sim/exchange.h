@@ -9,49 +9,11 @@
 #include "atmosphere/medium.h"
 #include "sim/cell_grid.h"
 #include "sim/direct_sunlight.h"
-#include "sim/exchange_kernel.h"
+#include "sim/exchange_optics.h"
+#include "sim/field_moments.h"
 #include "sim/run_control.h"
 
 namespace twilight {
-
-/// How scattering inside the exchange is modelled.
-struct ExchangeOptions {
-  int scattering_orders = 8;  ///< scattering events followed, the first included
-  /// Air scatters by the Rayleigh phase function in every event, or isotropically.
-  bool rayleigh = true;
-  /// Aerosol phase function: false = delta-M truncated to degree 2 in every event;
-  /// true = the paper's: Henyey-Greenstein for the first event, then isotropic
-  /// with scattering and extinction scaled by 1 - g (Eq. 2).
-  bool similarity = false;
-  /// true: the paper's rule I_all/I_active for what passive shells would add (Sec. 5).
-  bool rescale = false;
-  /// Lambertian, 0..1, per wavelength; empty = a black ground.
-  std::vector<double> ground_albedo;
-  /// Azimuthal modes of a ring pair weaker than this are dropped, and its azimuth samples thinned
-  /// accordingly (azimuth_sampling). 0 = none.
-  double azimuth_tolerance = 1e-3;
-};
-
-/// Optical coefficients of each layer as the exchange uses them, [layer][lane], km^-1.
-/// Scattering into direction w of light with moments J, F, S (traceless) is
-/// (s0 J + s1 F.w + s2 w.S.w) / (4 pi).
-struct ExchangeOptics {
-  std::size_t lanes = 0;
-  std::vector<float> s0, s1, s2;
-  std::vector<float> air;          ///< air scattering
-  std::vector<float> aerosol;      ///< aerosol scattering, unscaled
-  std::vector<float> asymmetry;    ///< of the aerosol
-  std::vector<float> rayleigh_x2;  ///< [lane] second Legendre coefficient of air (0 if isotropic)
-  LayerTable extinction;           ///< of light under way between cells
-  LayerTable beam_extinction;      ///< of sunlight and of the view ray
-};
-/// Coefficients of every layer for the given options: delta-M (f = g^3 for g > 0) or similarity (1
-/// - g) scaling, Rayleigh with the medium's depolarisation or isotropic air.
-ExchangeOptics make_exchange_optics(const Medium& medium, const ExchangeOptions& options);
-
-/// The medium whose extinction the direct beam and the view ray feel: the
-/// medium itself, or with the delta-M forward peak of the aerosol taken out.
-Medium beam_medium(const Medium& medium, const ExchangeOptics& optics);
 
 /// Scattered light arriving in every cell, per unit solar irradiance: moments at the
 /// azimuth nodes j = 0..S/2 of each ring.
@@ -70,7 +32,7 @@ struct ExchangeReport {
   std::size_t cells = 0, active_cells = 0, rings = 0, active_rings = 0, ground_rings = 0;
   int shells = 0, active_shells = 0, azimuth_modes = 0;
   std::uint64_t kernel_evaluations = 0;  ///< ring pairs x azimuth differences x wavelengths
-  double setup_seconds = 0, first_event_seconds = 0, passes_seconds = 0;
+  double first_event_seconds = 0, kernels_seconds = 0, passes_seconds = 0;
   /// Power scattered in each event, [event][wavelength], per unit irradiance, km^2.
   std::vector<std::vector<double>> event_power;
   std::vector<double> escaped, ground_absorbed;  ///< per wavelength, km^2; isotropic emission only

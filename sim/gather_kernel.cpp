@@ -4,7 +4,7 @@
 // After foreach_target.h, once per SIMD target:
 #include "hwy/contrib/math/math-inl.h"
 #include "hwy/highway.h"
-#include "sim/exchange_kernel.h"
+#include "sim/field_moments.h"
 #include "sim/gather_kernel.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -81,10 +81,10 @@ void MarchAny(const GatherMarch& ray, const GatherOptics& o, float* radiance,
   }
 }
 
-void CellEmission(const float* const* fields, const float* weights, int corners, int moments,
+template <class Tag>
+void CellEmission(Tag d, const float* const* fields, const float* weights, int corners, int moments,
                   std::size_t L, const float* s0, const float* s1, const float* s2, float r,
                   float z, float* out) {
-  const hn::CappedTag<float, 8> d;
   constexpr float kInv4Pi = 0.079577471545947668F;
   const auto zero = hn::Zero(d);
   for (std::size_t w = 0; w < L; w += hn::Lanes(d)) {
@@ -113,6 +113,29 @@ void CellEmission(const float* const* fields, const float* weights, int corners,
   }
 }
 
+void CellEmissionAny(const float* const* fields, const float* weights, int corners, int moments,
+                     std::size_t L, const float* s0, const float* s1, const float* s2, float r,
+                     float z, float* out) {
+  if (L == 8) {
+    CellEmission(hn::CappedTag<float, 8>(), fields, weights, corners, moments, L, s0, s1, s2, r, z,
+                 out);
+  } else {
+    CellEmission(hn::CappedTag<float, 16>(), fields, weights, corners, moments, L, s0, s1, s2, r, z,
+                 out);
+  }
+}
+
+void WeightedSum(const float* const* rows, const float* weights, std::size_t L, float* out) {
+  const hn::CappedTag<float, 8> d;
+  for (std::size_t w = 0; w < L; w += hn::Lanes(d)) {
+    auto sum = hn::Mul(hn::LoadU(d, rows[0] + w), hn::Set(d, weights[0]));
+    for (int k = 1; k < 4; ++k) {
+      sum = hn::MulAdd(hn::LoadU(d, rows[k] + w), hn::Set(d, weights[k]), sum);
+    }
+    hn::StoreU(sum, d, out + w);
+  }
+}
+
 }  // namespace HWY_NAMESPACE
 }  // namespace twilight
 HWY_AFTER_NAMESPACE();
@@ -124,7 +147,8 @@ HWY_AFTER_NAMESPACE();
 namespace twilight {
 
 HWY_EXPORT(MarchAny);
-HWY_EXPORT(CellEmission);
+HWY_EXPORT(CellEmissionAny);
+HWY_EXPORT(WeightedSum);
 
 void march(const GatherMarch& ray, const GatherOptics& optics, float* radiance,
            float* transmittance) {
@@ -163,8 +187,12 @@ void march_scalar(const GatherMarch& ray, const GatherOptics& o, float* radiance
 void cell_emission(const float* const* fields, const float* weights, int corners, int moments,
                    std::size_t lanes, const float* s0, const float* s1, const float* s2,
                    float dir_r, float dir_z, float* out) {
-  HWY_DYNAMIC_DISPATCH(CellEmission)
+  HWY_DYNAMIC_DISPATCH(CellEmissionAny)
   (fields, weights, corners, moments, lanes, s0, s1, s2, dir_r, dir_z, out);
+}
+
+void weighted_sum(const float* const* rows, const float* weights, std::size_t lanes, float* out) {
+  HWY_DYNAMIC_DISPATCH(WeightedSum)(rows, weights, lanes, out);
 }
 
 }  // namespace twilight

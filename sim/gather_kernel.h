@@ -45,4 +45,7 @@ void cell_emission(const float* const* fields, const float* weights, int corners
                    std::size_t lanes, const float* s0, const float* s1, const float* s2,
                    float dir_r, float dir_z, float* out);
 
+/// out[lane] = the weighted sum of four spectra: bilinear interpolation.
+void weighted_sum(const float* const* rows, const float* weights, std::size_t lanes, float* out);
+
 }  // namespace twilight

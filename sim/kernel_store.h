@@ -3,54 +3,74 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <memory>
+#include <span>
 #include <vector>
 
-#include "sim/exchange_kernel.h"
+#include "sim/azimuth_sampling.h"
+#include "sim/exchange_medium.h"
+#include "sim/ring_pair_kernel.h"
+#include "sim/ring_point.h"
 
 namespace twilight {
 
+/// What a store keeps of every pair.
+enum class KeptKernels {
+  kValues,  ///< transmittance and geometry at every azimuth sample
+  kModes,   ///< cosine modes of the scalar exchange
+};
+
 /// Kernels depend on the pair, not on its order (Haber et al. 2005, Sec. 5: the path between
-/// two cells is the same both ways), so each is stored once. Where they would not fit in
-/// kLargestBytes they are evaluated anew whenever asked for; results are the same bytes.
+/// two cells is the same both ways), so each is stored once, from b to a where a >= b. Where they
+/// would not fit in kLargestBytes they are evaluated anew whenever asked for; results are the same
+/// bytes. Different pairs may be worked on by different threads.
 class KernelStore {
  public:
   static constexpr std::size_t kLargestBytes = std::size_t{1200} << 20;
 
   /// Plans the azimuth sampling of every pair. Everything referred to outlives the store; the
-  /// first `air_rings` points are air, the rest ground.
-  KernelStore(const ExchangeMedium& medium, const std::vector<RingPoint>& points,
+  /// first `air_rings` points are air, the rest ground, which is convex: no light goes between two
+  /// of its rings.
+  KernelStore(const ExchangeMedium& medium, std::span<const RingPoint> points,
               std::size_t air_rings, const AzimuthModes& azimuth, double tolerance,
-              int source_modes);
+              int source_modes, KeptKernels kept);
 
-  /// Evaluates all pairs in parallel; kernel() gives a thread its workspace, progress is called
-  /// now and then with the fraction done. Returns the number of kernel samples.
-  std::uint64_t evaluate(const std::function<RingPairKernel*()>& kernel,
-                         const std::function<void(double)>& progress);
+  /// Evaluates the kernel from b to a, a >= b, of J only, keeps it, and leaves it in `out`; false
+  /// when nothing passes. Counts its samples.
+  bool evaluate(std::size_t a, std::size_t b, RingPairKernel& out, std::uint64_t& samples);
 
-  std::size_t pair(std::size_t a, std::size_t b) const {
-    return a >= b ? a * (a + 1) / 2 + b : b * (b + 1) / 2 + a;
-  }
-  bool lit(std::size_t a, std::size_t b) const { return lit_[pair(a, b)] != 0; }
-  int modes(std::size_t a, std::size_t b) const { return sampling_[pair(a, b)].modes; }
-  /// Place of a pair's azimuthal modes in an array that holds every pair's own number of them.
-  std::size_t mode_offset(std::size_t a, std::size_t b) const { return mode_offset_[pair(a, b)]; }
-  std::size_t mode_count() const { return mode_count_; }
+  /// The kernel from b to a, a >= b, of a pair evaluated before; false when nothing passes.
+  bool fetch(std::size_t a, std::size_t b, bool moments, RingPairKernel& out) const;
 
-  /// The kernel from source to target; false when nothing passes.
-  bool fetch(std::size_t source, std::size_t target, bool moments, RingPairKernel& out) const;
+  /// Cosine modes from b to a, a >= b, of a pair evaluated before, [modes(a, b)][lane]; null
+  /// when nothing passes. Uses `workspace` where they are not kept.
+  const float* cosine_modes(std::size_t a, std::size_t b, RingPairKernel& workspace,
+                            std::vector<float>& modes_workspace) const;
+
+  int modes(std::size_t a, std::size_t b) const { return plan_[pair(a, b)].modes; }
 
  private:
+  struct Plan {
+    std::uint32_t offset = 0;  // within the pairs of ring a, in spectra
+    std::uint8_t every = 1, modes = 1;
+    bool lit = false;
+  };
+  std::size_t pair(std::size_t a, std::size_t b) const { return a * (a + 1) / 2 + b; }
+  float* kept(std::size_t a, std::size_t b) {
+    return kept_.get() + (row_offset_[a] + plan_[pair(a, b)].offset) * medium_.lanes;
+  }
+  const float* kept(std::size_t a, std::size_t b) const {
+    return const_cast<KernelStore*>(this)->kept(a, b);
+  }
+
   const ExchangeMedium& medium_;
-  const std::vector<RingPoint>& points_;
+  std::span<const RingPoint> points_;
   const AzimuthModes& azimuth_;
   std::size_t air_rings_;
-  std::vector<AzimuthSampling> sampling_;
-  std::vector<std::size_t> offset_, mode_offset_;
-  std::vector<unsigned char> lit_;
-  std::unique_ptr<float[]> values_;
-  std::size_t size_ = 0, mode_count_ = 0;
+  KeptKernels what_;
+  std::vector<Plan> plan_;
+  std::vector<std::size_t> row_offset_;  // of ring a, in spectra
+  std::unique_ptr<float[]> kept_;        // null: evaluated anew
 };
 
 }  // namespace twilight

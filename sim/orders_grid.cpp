@@ -75,7 +75,10 @@ OrdersGrid<T>::OrdersGrid(const OrdersMedium& medium, double zenith_step_deg,
     sin_azimuth.push_back(static_cast<T>(std::sin(phi)));
   }
   pairs = nodes * azimuths();
-  for (auto* v : {&cos_chi, &sin_chi, &cos_phi, &sin_phi}) v->assign(padded_pairs(pairs), T(0));
+  const auto day = std::ranges::upper_bound(chi, kDayZenith_deg * pi / 180) - chi.begin();
+  day_pairs = static_cast<std::size_t>(day) * azimuths();
+  for (auto* v : {&cos_chi, &sin_chi, &cos_phi, &sin_phi})
+    v->assign(padded_pairs(pairs) + 16, T(0));
   for (std::size_t j = 0; j < nodes; ++j) {
     for (std::size_t q = 0; q < azimuths(); ++q) {
       const std::size_t i = j * azimuths() + q;

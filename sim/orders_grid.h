@@ -9,6 +9,9 @@
 
 namespace twilight {
 
+/// Up to this solar zenith angle no ray from the node comes near the Earth's shadow.
+inline constexpr double kDayZenith_deg = 60;
+
 /// A direction of incoming light: zenith angle, and the weight of its cosine.
 struct PolarDirection {
   double zenith_rad, weight;
@@ -41,8 +44,9 @@ struct OrdersGrid {
   std::size_t stokes = 3, lanes = 8;
   std::size_t moments = 0;                  ///< kept per node
   std::vector<T> cos_azimuth, sin_azimuth;  ///< of half a turn
-  /// Pairs of node and azimuth, padded for the kernels.
+  /// Pairs of node and azimuth, padded for the kernels to run from any of them.
   std::size_t pairs = 0;
+  std::size_t day_pairs = 0;  ///< the first of them, with the Sun above kDayZenith_deg
   std::vector<T> cos_chi, sin_chi, cos_phi, sin_phi;
   std::vector<T> fine_position;  ///< of the zenith grid
   std::size_t fine_end = 0;      ///< fine points from which it is night

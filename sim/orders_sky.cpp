@@ -1,6 +1,7 @@
 #include "sim/orders_sky.h"
 
 #include <fmt/format.h>
+#include <oneapi/tbb/blocked_range.h>
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
 
@@ -25,28 +26,6 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-OrdersOptions options_of(const SceneModel& model) {
-  const Scene& scene = model.scene;
-  const SolverOptions& solver = scene.solver;
-  OrdersOptions options;
-  options.zenith_step_deg = solver.zenith_step_deg;
-  options.altitude_levels = solver.altitude_levels;
-  options.polar_directions = solver.polar_directions;
-  options.azimuth_directions = solver.azimuth_directions;
-  options.phase_degree = solver.phase_degree;
-  options.order_tolerance = solver.order_tolerance;
-  options.scattering_orders = solver.scattering_orders;
-  options.polarised = polarised(scene);
-  options.single_precision = solver.single_precision;
-  options.disc_average = disc_averaged(scene);
-  options.sun_distance_au = model.sun_distance_au;
-  options.ground_light = solver.ground_light;
-  options.coarse_orders = solver.coarse_orders;
-  options.darkest_zenith_deg = solver.darkest_zenith_deg;
-  options.sunlight_nodes = solver.sunlight_nodes;
-  return options;
-}
-
 }  // namespace
 
 struct OrdersSky::Arena {
@@ -55,97 +34,58 @@ struct OrdersSky::Arena {
 };
 
 OrdersSky::OrdersSky(const SceneModel& model, const RunControl& control)
-    : OrdersSky(model, nullptr, control) {}
+    : OrdersSky(model, std::shared_ptr<const OrdersField>(), control) {}
 
 OrdersSky::OrdersSky(const SceneModel& model, std::shared_ptr<const OrdersField> field,
                      const RunControl& control)
-    : model_(model), options_(options_of(model)), field_(std::move(field)) {
-  arena_ = std::make_unique<Arena>(model_.scene.solver.threads);
-  if (model_.ground_albedo.empty()) {
-    model_.ground_albedo.assign(model_.medium.wavelengths(), model_.scene.earth.ground_albedo);
-  }
-  const std::size_t W = model_.medium.wavelengths();
+    : model_(model), arena_(std::make_unique<Arena>(model.scene.solver.threads)) {
   arena_->arena.execute([&] {
     const auto start = Clock::now();
-    optics_ = make_orders_medium(model_.medium, model_.ground_albedo, options_);
-    DirectSunlightOptions exact;
-    exact.exact = true;
-    exact.angle_nodes = options_.sunlight_nodes;
-    exact.altitude_nodes = options_.sunlight_nodes * 3 / 8;
-    exact.refractive_spreading = model_.scene.atmosphere.refractive_spreading;
-    sunlight_ = std::make_unique<DirectSunlight>(optics_.truncated, exact);
-    summary_.stage_seconds.emplace_back("direct sunlight", seconds_since(start));
-    if (field_) {
-      const OrdersField& f = *field_;
-      const std::size_t nodes = f.solar_zenith_rad.size();
-      const std::size_t moments =
-          optics_.degree > 0 ? (options_.polarised ? 3 : 1) * moment_count(optics_.degree) : 0;
-      const bool whole_aerosol =
-          optics_.degree == 0 ||
-          (f.aerosol_levels > 0 && f.aerosol_levels <= f.altitude_km.size() &&
-           f.altitude_km[f.aerosol_levels - 1] >= optics_.aerosol_top_km - 1e-9);
-      if (f.wavelength_nm != model_.medium.wavelength_nm || f.altitude_km.empty() ||
-          f.altitude_km.back() != model_.medium.top_km() || f.phase_degree != optics_.degree ||
-          f.polarised != options_.polarised || f.moments_per_node != moments || !whole_aerosol ||
-          f.coherency.size() != f.altitude_km.size() * nodes * 4 * W ||
-          f.aerosol_moments.size() != f.aerosol_levels * nodes * f.moments_per_node * W ||
-          f.ground_irradiance.size() != nodes * W ||
-          ZenithGrid(f.zenith_step_deg).size() != nodes) {
-        throw std::invalid_argument(
-            "the field does not belong to this scene: its wavelengths, "
-            "top, phase degree, polarisation or sizes differ");
-      }
-    } else {
-      const auto stage = Clock::now();
-      field_ = std::make_shared<OrdersField>(solve_orders(optics_, *sunlight_, options_, control));
-      summary_.stage_seconds.emplace_back("orders", seconds_since(stage));
-    }
-    const auto stage = Clock::now();
-    prepare(control);
-    summary_.stage_seconds.emplace_back("prepare views", seconds_since(stage));
+    atmosphere_ = std::make_shared<OrdersAtmosphere>(model_, std::move(field), control, summary_);
+    look(control);
     summary_.stage_seconds.emplace_back("solve, in all", seconds_since(start));
   });
-  auto& figures = summary_.figures;
-  figures.emplace_back("field",
-                       fmt::format("{} levels x {} solar zenith angles", field_->altitude_km.size(),
-                                   field_->solar_zenith_rad.size()));
-  figures.emplace_back("scattering events", fmt::format("{}", field_->orders));
-  if (optics_.degree > 0) {
-    figures.emplace_back(
-        "aerosol phase functions",
-        fmt::format("{} kinds to degree {}", optics_.kinds.size(), optics_.degree));
-  }
-  std::string shares;
-  for (std::size_t k = W / 2; k < field_->order_share.size(); k += W) {
-    shares += fmt::format("{}{:.3g}", shares.empty() ? "" : ", ", field_->order_share[k]);
-  }
-  if (!shares.empty()) {
-    figures.emplace_back(fmt::format("share of each order in the mean radiance, Sun -6 deg, {} nm",
-                                     model_.medium.wavelength_nm[W / 2]),
-                         shares);
-  }
+}
+
+OrdersSky::OrdersSky(const SceneModel& model, std::shared_ptr<const OrdersAtmosphere> atmosphere,
+                     const RunControl& control)
+    : model_(model),
+      atmosphere_(std::move(atmosphere)),
+      arena_(std::make_unique<Arena>(model.scene.solver.threads)) {
+  arena_->arena.execute([&] { look(control); });
 }
 
 OrdersSky::~OrdersSky() = default;
 
-void OrdersSky::prepare(const RunControl& control) {
+// Everything that the Sun and the observer decide.
+void OrdersSky::look(const RunControl& control) {
   control.check();
   const Medium& m = model_.medium;
+  const OrdersField& field = *atmosphere_->field;
+  const std::size_t W = m.wavelengths();
+  auto& figures = summary_.figures;
+  figures.emplace_back("field",
+                       fmt::format("{} levels x {} solar zenith angles", field.altitude_km.size(),
+                                   field.solar_zenith_rad.size()));
+  figures.emplace_back("scattering events", fmt::format("{}", field.orders));
+  if (const OrdersMedium& optics = atmosphere_->optics; optics.degree > 0) {
+    figures.emplace_back("aerosol phase functions",
+                         fmt::format("{} kinds to degree {}", optics.kinds.size(), optics.degree));
+  }
+  std::string shares;
+  for (std::size_t k = W / 2; k < field.order_share.size(); k += W) {
+    shares += fmt::format("{}{:.3g}", shares.empty() ? "" : ", ", field.order_share[k]);
+  }
+  if (!shares.empty()) {
+    figures.emplace_back(fmt::format("share of each order in the mean radiance, Sun -6 deg, {} nm",
+                                     m.wavelength_nm[W / 2]),
+                         shares);
+  }
+
   const double height_km = model_.scene.observer.height_m * 1e-3;
   const double zenith = pi / 2 - model_.sun_elevation_rad;
-  OrdersGather::Inputs in;
-  in.medium = &model_.medium;
-  in.optics = &optics_;
-  in.field = field_.get();
-  in.sunlight = sunlight_.get();
-  in.options = options_;
-  in.solar_zenith_rad = zenith;
-  in.observer_altitude_km = height_km;
-  // The furthest air seen: over the horizon to the top.
-  const double R = m.earth_radius_km;
-  in.reach_rad = std::acos(R / (R + height_km)) + std::acos(R / (R + m.top_km())) + 0.05;
-  gather_ = std::make_unique<OrdersGather>(in);
-
+  gather_ = std::make_unique<OrdersGather>(*atmosphere_, zenith, height_km);
+  if (!rays_) rays_ = std::make_shared<ObserverRays>(*atmosphere_, height_km);
   sun_transmittance_.assign(m.wavelengths(), 0.0);
   apparent_elevation_rad_ = model_.sun_elevation_rad;
   std::vector<double> path(m.layers());
@@ -170,7 +110,7 @@ StokesRadiance OrdersSky::gather(std::span<const ViewDirection> views,
   const std::size_t W = model_.medium.wavelengths();
   StokesRadiance out;
   out.i.resize(views.size() * W);
-  if (options_.polarised) {
+  if (atmosphere_->options.polarised) {
     out.q.resize(views.size() * W);
     out.u.resize(views.size() * W);
   }
@@ -184,7 +124,7 @@ StokesRadiance OrdersSky::gather(std::span<const ViewDirection> views,
         if (!std::isfinite(out.i[k * W + w])) {
           throw std::runtime_error("the sky radiance is not finite");
         }
-        if (!options_.polarised) continue;
+        if (!atmosphere_->options.polarised) continue;
         // Rounding must not polarise light by more than itself.
         const double p = std::hypot(s.q[w], s.u[w]);
         const double scale = p > s.i[w] ? s.i[w] / p : 1.0;
@@ -198,6 +138,72 @@ StokesRadiance OrdersSky::gather(std::span<const ViewDirection> views,
 
 std::vector<double> OrdersSky::radiance(std::span<const ViewDirection> views) const {
   return gather(views, OrdersGather::Light::kAll).i;
+}
+
+std::unique_ptr<OrdersSky> OrdersSky::under(double sun_elevation_rad) const {
+  SceneModel model = model_;
+  model.sun_elevation_rad = sun_elevation_rad;
+  auto sky = std::make_unique<OrdersSky>(model, atmosphere_, RunControl{});
+  sky->rays_ = rays_;
+  return sky;
+}
+
+void OrdersSky::tabulate() const {
+  const auto start = Clock::now();
+  const double zenith = pi / 2 - model_.sun_elevation_rad;
+  // Waiting for the table, a thread must not take up a view that waits for it too.
+  tbb::this_task_arena::isolate([&] {
+    table_ = std::make_unique<SkyTable>(*atmosphere_, *rays_, *gather_, zenith);
+  });
+  summary_.stage_seconds.emplace_back("view interpolation", seconds_since(start));
+  summary_.figures.emplace_back(
+      "views interpolated between",
+      fmt::format("{} elevations x {} azimuths, to about {:.1g} %", table_->elevations(),
+                  table_->azimuths(), 100 * SkyTable::kTolerance / 10));
+}
+
+std::vector<double> OrdersSky::map_radiance(std::span<const ViewDirection> views) const {
+  if (!model_.scene.solver.view_interpolation ||
+      atmosphere_->kind_count() > SkyTable::kMostKinds) {
+    return radiance(views);
+  }
+  const std::size_t W = model_.medium.wavelengths();
+  std::vector<double> out(views.size() * W);
+  std::vector<std::size_t> left;
+  std::vector<char> missed(views.size(), 0);
+  arena_->arena.execute([&] {
+    std::call_once(tabulated_, [&] { tabulate(); });
+    constexpr std::size_t kViewsPerTask = 256;
+    tbb::parallel_for(
+        tbb::blocked_range<std::size_t>(0, views.size(), kViewsPerTask), [&](const auto& range) {
+          std::vector<float> seen(atmosphere_->lanes());
+          for (std::size_t k = range.begin(); k < range.end(); ++k) {
+            if (!table_->radiance(views[k].elevation_rad, views[k].relative_azimuth_rad,
+                                  seen.data())) {
+              missed[k] = 1;
+              continue;
+            }
+            for (std::size_t w = 0; w < W; ++w) {
+              out[k * W + w] = model_.solar_irradiance[w] * static_cast<double>(seen[w]);
+              if (!std::isfinite(out[k * W + w])) {
+                throw std::runtime_error("the sky radiance is not finite");
+              }
+            }
+          }
+        });
+  });
+  std::vector<ViewDirection> rest;
+  for (std::size_t k = 0; k < views.size(); ++k) {
+    if (missed[k] == 0) continue;
+    left.push_back(k);
+    rest.push_back(views[k]);
+  }
+  if (rest.empty()) return out;
+  const std::vector<double> gathered = radiance(rest);
+  for (std::size_t k = 0; k < left.size(); ++k) {
+    std::copy_n(&gathered[k * W], W, &out[left[k] * W]);
+  }
+  return out;
 }
 
 StokesRadiance OrdersSky::stokes(std::span<const ViewDirection> views) const {
@@ -239,8 +245,9 @@ Irradiance OrdersSky::irradiance() const {
     double direct = 0, truncated = 0;
     const double radius = kSunAngularRadiusRad / model_.sun_distance_au;
     constexpr int kStrips = 12;
-    for (const GaussNode& strip : options_.disc_average ? disc_strips(wavelength_nm()[w], kStrips)
-                                                        : std::vector<GaussNode>{{0.0, 1.0}}) {
+    for (const GaussNode& strip : atmosphere_->options.disc_average
+                                      ? disc_strips(wavelength_nm()[w], kStrips)
+                                      : std::vector<GaussNode>{{0.0, 1.0}}) {
       const double chi = std::clamp(zenith + strip.x * radius, 0.0, pi);
       const auto apparent = rays.apparent_zenith_rad(height_km, chi);
       if (!apparent) continue;
@@ -248,10 +255,10 @@ Irradiance OrdersSky::irradiance() const {
       double light = strip.weight * model_.solar_irradiance[w] *
                      std::max(0.0, std::cos(*apparent)) * std::exp(-filter);
       if (model_.scene.atmosphere.refractive_spreading) {
-        light *= sunlight_->spreading(height_km, chi);
+        light *= atmosphere_->sunlight->spreading(height_km, chi);
       }
       direct += light * std::exp(-slant_optical_depth(model_.medium, w, path));
-      truncated += light * std::exp(-slant_optical_depth(optics_.truncated, w, path));
+      truncated += light * std::exp(-slant_optical_depth(atmosphere_->optics.truncated, w, path));
     }
     result.direct[w] = direct;
     result.diffuse[w] += std::max(0.0, truncated - direct);

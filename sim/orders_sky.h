@@ -2,11 +2,13 @@
 #pragma once
 
 #include <memory>
+#include <mutex>
 
 #include "sim/orders.h"
 #include "sim/orders_field.h"
 #include "sim/orders_gather.h"
 #include "sim/scene_model.h"
+#include "sim/sky_table.h"
 
 namespace twilight {
 
@@ -20,34 +22,47 @@ class OrdersSky : public Sky {
   /// Throws std::invalid_argument where its sizes do not fit the model.
   OrdersSky(const SceneModel& model, std::shared_ptr<const OrdersField> field,
             const RunControl& control);
+  /// From an atmosphere that another sky has made for this model's (its Sun and observer may
+  /// differ): milliseconds.
+  OrdersSky(const SceneModel& model, std::shared_ptr<const OrdersAtmosphere> atmosphere,
+            const RunControl& control);
   ~OrdersSky() override;
 
   std::span<const double> wavelength_nm() const override;
   std::span<const double> solar_irradiance() const override;
   std::vector<double> radiance(std::span<const ViewDirection> views) const override;
+  /// Interpolated (SkyTable, made by the first call) unless solver.view_interpolation is off; views
+  /// that it does not cover are gathered.
+  std::vector<double> map_radiance(std::span<const ViewDirection> views) const override;
   StokesRadiance stokes(std::span<const ViewDirection> views) const override;
   Irradiance irradiance() const override;
   double apparent_sun_elevation_rad() const override { return apparent_elevation_rad_; }
   std::vector<double> sun_transmittance() const override { return sun_transmittance_; }
+  /// After map_radiance() with the interpolation's figures.
   const RunSummary& summary() const override { return summary_; }
 
-  std::shared_ptr<const OrdersField> field() const { return field_; }
+  std::shared_ptr<const OrdersField> field() const { return atmosphere_->field; }
+  std::shared_ptr<const OrdersAtmosphere> atmosphere() const { return atmosphere_; }
+  /// The same atmosphere and observer under another Sun (geometric elevation; its azimuth, distance
+  /// and irradiance stay): milliseconds.
+  std::unique_ptr<OrdersSky> under(double sun_elevation_rad) const;
   /// Single scattering alone, as stokes().
   StokesRadiance single_scattering(std::span<const ViewDirection> views) const;
 
  private:
-  void prepare(const RunControl& control);
+  void look(const RunControl& control);
+  void tabulate() const;
   StokesRadiance gather(std::span<const ViewDirection> views, OrdersGather::Light light) const;
 
   SceneModel model_;
-  OrdersOptions options_;
-  std::shared_ptr<const OrdersField> field_;
-  OrdersMedium optics_;
-  std::unique_ptr<DirectSunlight> sunlight_;
+  std::shared_ptr<const OrdersAtmosphere> atmosphere_;
   std::unique_ptr<OrdersGather> gather_;
   double apparent_elevation_rad_ = 0;
   std::vector<double> sun_transmittance_;
-  RunSummary summary_;
+  std::shared_ptr<const ObserverRays> rays_;
+  mutable RunSummary summary_;
+  mutable std::once_flag tabulated_;
+  mutable std::unique_ptr<const SkyTable> table_;
   struct Arena;
   std::unique_ptr<Arena> arena_;
 };

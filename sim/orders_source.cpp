@@ -19,6 +19,7 @@ constexpr double kFine_rad = ZenithGrid::kFineStep_deg * pi / 180;
 // Levels of direct sunlight between two of the field, unless they lie this near already.
 constexpr int kBeamDivision = 6;
 constexpr double kNearestBeamLevels_km = 0.05;
+constexpr int kDayStride = 3;
 // A sample of a cubic path weighs what lies up to three levels away, and one more for rays that
 // turn.
 constexpr std::size_t kReach = 4;
@@ -115,10 +116,13 @@ BeamSource<T> beam_source(const OrdersGrid<T>& grid, const OrdersMedium& medium,
     const double step = grid.level_km[i + 1] - grid.level_km[i];
     const int parts = std::clamp(static_cast<int>(step / kNearestBeamLevels_km), 1, kBeamDivision);
     for (int k = 0; k < parts; ++k) {
+      if (k % kDayStride == 0) source.day_level.push_back(source.level_km.size());
       source.level_km.push_back(grid.level_km[i] + step * k / parts);
     }
   }
+  source.day_level.push_back(source.level_km.size());
   source.level_km.push_back(grid.level_km.back());
+  for (const std::size_t i : source.day_level) source.day_level_km.push_back(source.level_km[i]);
   const std::size_t count = source.level_km.size();
   source.irradiance.assign(count * kFine * lanes, T(0));
   source.end.assign(count, 0);

@@ -21,6 +21,9 @@ void beam_row(const DirectSunlight& sunlight, const OrdersOptions& options,
 template <class T>
 struct BeamSource {
   std::vector<double> level_km;
+  /// Fewer of these levels, by index and altitude, where the Sun is high.
+  std::vector<std::size_t> day_level;
+  std::vector<double> day_level_km;
   std::vector<T> irradiance;     ///< normal to the beam, [level][fine][lane]
   std::vector<std::size_t> end;  ///< [level], fine points from which it is 0
   std::vector<T> lift_rad;       ///< zenith angle of the Sun less its apparent one, [level][fine]

@@ -87,11 +87,7 @@ class LevelSweep {
     for (auto& out : out_) out.resize(grid.pairs * grid.stokes * grid.lanes);
     moment_scratch_.resize(kEmissionBatch * 3 * (static_cast<std::size_t>(grid.moment_degree) + 1) *
                            grid.lanes);
-    gather_.pairs = grid.pairs;
-    gather_.cos_chi = grid.cos_chi.data();
-    gather_.sin_chi = grid.sin_chi.data();
-    gather_.cos_phi = grid.cos_phi.data();
-    gather_.sin_phi = grid.sin_phi.data();
+    set_pairs(0, grid.pairs);
     gather_.lanes = grid.lanes;
     gather_.polarised = grid.polarised;
     gather_.nodes = grid.nodes;
@@ -107,12 +103,24 @@ class LevelSweep {
     beam.phase = phase.data();
     beam.anisotropic_share = anisotropic_share.data();
     kind_weight_.resize(medium_.kinds.size() * grid_.lanes);
-    each_batch(source.level_km, kBeamStep_rad, SourceShape::kLinear, source.ground, [&] {
+    // The Earth's shadow has an edge: rays that come near it have more points.
+    const auto add_part = [&](std::size_t from, std::size_t to,
+                              std::span<const std::size_t> level) {
+      set_pairs(from, to);
       for (std::size_t d = 0; d < count_; ++d) {
         for (std::size_t k = 0; k < path_[d].samples.size(); ++k) {
-          add_beam(source, beam, d, k);
+          const auto at = static_cast<std::size_t>(path_[d].samples[k].level);
+          add_beam(source, level.empty() ? at : level[at], beam, d, k,
+                   &out_[d][from * grid_.stokes * grid_.lanes]);
         }
       }
+      set_pairs(0, grid_.pairs);
+    };
+    each_batch(source.ground, [&](std::span<const PolarDirection> directions) {
+      sample(source.day_level_km, kScatteredStep_rad, SourceShape::kLinear, directions);
+      add_part(0, grid_.day_pairs, source.day_level);
+      sample(source.level_km, kBeamStep_rad, SourceShape::kLinear, directions);
+      add_part(grid_.day_pairs, grid_.pairs, {});
     });
   }
 
@@ -122,7 +130,8 @@ class LevelSweep {
       modes.resize(grid_.nodes * grid_.stokes * mode_rows(degree) * grid_.lanes);
     }
     for (auto& weight : aerosol_weight_) weight.resize(medium_.kinds.size() * grid_.lanes);
-    each_batch(grid_.level_km, kScatteredStep_rad, SourceShape::kCubic, source.ground, [&] {
+    each_batch(source.ground, [&](std::span<const PolarDirection> directions) {
+      sample(grid_.level_km, kScatteredStep_rad, SourceShape::kCubic, directions);
       by_level_.clear();
       for (std::size_t d = 0; d < count_; ++d) {
         for (std::size_t k = 0; k < path_[d].samples.size(); ++k) {
@@ -153,21 +162,33 @@ class LevelSweep {
   }
 
   template <class Gather>
-  void each_batch(std::span<const double> source_level_km, double max_angle_rad, SourceShape shape,
-                  std::span<const T> ground, const Gather& gather) {
-    const double radius = medium_.truncated.earth_radius_km, altitude = grid_.level_km[level_];
-    const auto directions = polar_directions(radius, altitude, grid_.polar_count);
-    for (std::size_t first = 0; first < directions.size(); first += kEmissionBatch) {
-      count_ = std::min(kEmissionBatch, directions.size() - first);
-      for (std::size_t d = 0; d < count_; ++d) {
-        std::ranges::fill(out_[d], T(0));
-        sample_path(medium_.optics, source_level_km, altitude, directions[first + d].zenith_rad,
-                    max_angle_rad, shape, path_[d]);
-      }
-      gather();
+  void each_batch(std::span<const T> ground, const Gather& gather) {
+    const auto all = polar_directions(medium_.truncated.earth_radius_km, grid_.level_km[level_],
+                                      grid_.polar_count);
+    for (std::size_t first = 0; first < all.size(); first += kEmissionBatch) {
+      count_ = std::min(kEmissionBatch, all.size() - first);
+      const std::span directions = std::span(all).subspan(first, count_);
+      for (std::size_t d = 0; d < count_; ++d) std::ranges::fill(out_[d], T(0));
+      gather(directions);
       for (std::size_t d = 0; d < count_; ++d) add_ground(ground, d);
-      add_to_light(std::span(directions).subspan(first, count_));
+      add_to_light(directions);
     }
+  }
+
+  void sample(std::span<const double> source_level_km, double max_angle_rad, SourceShape shape,
+              std::span<const PolarDirection> directions) {
+    for (std::size_t d = 0; d < directions.size(); ++d) {
+      sample_path(medium_.optics, source_level_km, grid_.level_km[level_], directions[d].zenith_rad,
+                  max_angle_rad, shape, path_[d]);
+    }
+  }
+
+  void set_pairs(std::size_t from, std::size_t to) {
+    gather_.pairs = to - from;
+    gather_.cos_chi = &grid_.cos_chi[from];
+    gather_.sin_chi = &grid_.sin_chi[from];
+    gather_.cos_phi = &grid_.cos_phi[from];
+    gather_.sin_phi = &grid_.sin_phi[from];
   }
 
   void place(const PathSample& sample) {
@@ -181,9 +202,10 @@ class LevelSweep {
     }
   }
 
-  void add_beam(const BeamSource<T>& source, BeamInput<T>& beam, std::size_t d, std::size_t k) {
+  // One point of a ray, at a level of the source, for the pairs set.
+  void add_beam(const BeamSource<T>& source, std::size_t at, BeamInput<T>& beam, std::size_t d,
+                std::size_t k, T* out) {
     const PathSample& sample = path_[d].samples[k];
-    const auto at = static_cast<std::size_t>(sample.level);
     if (source.end[at] == 0) return;
     const double* here = weight(d, k);
     weigh_air(here);
@@ -207,7 +229,7 @@ class LevelSweep {
     beam.kinds = present_.size();
     beam.kind = present_.data();
     beam.kind_weight = kind_weight_.data();
-    gather_beam(beam, out_[d].data());
+    gather_beam(beam, out);
   }
 
   // Points of one level.

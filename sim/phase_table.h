@@ -21,8 +21,12 @@ class PhaseTable {
   /// p11[lane] and p12[lane] of a kind.
   void at(std::size_t kind, double scattering_angle_rad, float* p11, float* p12) const;
 
- private:
+  /// The table itself: node k stands at the angle pi (k / (kNodes - 1))^2;
+  /// [kind][node][p11, p12][lane].
   static constexpr std::size_t kNodes = 4096;
+  const float* values() const { return value_.data(); }
+
+ private:
   std::size_t lanes_;
   std::vector<float> value_;  // [kind][node][p11, p12][lane]
 };

@@ -137,6 +137,9 @@ struct SolverOptions {
   /// Solar zenith angle beyond which the field is night, 60..130; 126: 1e-12 of the day's light.
   /// What is darker is not seen by an observer under a higher Sun.
   double darkest_zenith_deg = 126.0;
+  /// Maps interpolate between directions chosen for 0.1 % (99.9 % of them; 0.5 % at worst); false:
+  /// every pixel is gathered. Single views always are.
+  bool view_interpolation = true;
 
   // "monte-carlo"
   double target_relative_error = 0.01;  ///< one sigma of each radiance, 1e-5..1

@@ -167,6 +167,9 @@ constexpr SceneKey kKeys[] = {
      "orders: angles at which the bending of sunlight is traced, 64..2048"},
     {"solver.darkest_zenith_deg", TWILIGHT_FIELD(solver.darkest_zenith_deg),
      "orders: solar zenith angle beyond which the field is night, 60..130 degrees"},
+    {"solver.view_interpolation", TWILIGHT_FIELD(solver.view_interpolation),
+     "orders: maps interpolated between directions chosen for an error below 0.1 %, true, or every "
+     "pixel gathered, false"},
     {"solver.target_relative_error", TWILIGHT_FIELD(solver.target_relative_error),
      "monte-carlo: standard error of each radiance over its value, 1e-5..1"},
     {"solver.photons", TWILIGHT_FIELD(solver.photons),

@@ -203,8 +203,7 @@ class Pilot {
     const OrdersSky first(model, quiet());
     radiance.push_back(look(first));
     for (std::size_t k = 1; k < sun_rad_.size(); ++k) {
-      model.sun_elevation_rad = sun_rad_[k];
-      radiance.push_back(look(OrdersSky(model, first.field(), quiet())));
+      radiance.push_back(look(*first.under(sun_rad_[k])));
     }
     return radiance;
   }

@@ -47,6 +47,11 @@ class Sky {
   /// Sky radiance, W m^-2 sr^-1 nm^-1, [view][wavelength]; every value finite
   /// and >= 0. Runs on the solver's threads; the same bytes for any number.
   virtual std::vector<double> radiance(std::span<const ViewDirection> views) const = 0;
+  /// As radiance(), for maps of the sky: many directions, which a solver may interpolate between
+  /// fewer (its summary then says so).
+  virtual std::vector<double> map_radiance(std::span<const ViewDirection> views) const {
+    return radiance(views);
+  }
   /// As radiance(), with polarisation and standard error where the solver knows them;
   /// q^2 + u^2 <= i^2.
   virtual StokesRadiance stokes(std::span<const ViewDirection> views) const {

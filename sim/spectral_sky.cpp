@@ -90,6 +90,10 @@ std::vector<double> SpectralSky::radiance(std::span<const ViewDirection> views) 
   return per_sunlight(solved_->radiance(views));
 }
 
+std::vector<double> SpectralSky::map_radiance(std::span<const ViewDirection> views) const {
+  return per_sunlight(solved_->map_radiance(views));
+}
+
 StokesRadiance SpectralSky::stokes(std::span<const ViewDirection> views) const {
   const StokesRadiance light = solved_->stokes(views);
   const std::size_t from = interpolation_.solved(), to = interpolation_.wanted();

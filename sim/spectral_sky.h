@@ -48,6 +48,7 @@ class SpectralSky : public Sky {
   std::span<const double> wavelength_nm() const override { return wavelength_nm_; }
   std::span<const double> solar_irradiance() const override { return solar_irradiance_; }
   std::vector<double> radiance(std::span<const ViewDirection> views) const override;
+  std::vector<double> map_radiance(std::span<const ViewDirection> views) const override;
   StokesRadiance stokes(std::span<const ViewDirection> views) const override;
   Irradiance irradiance() const override;
   double apparent_sun_elevation_rad() const override {

@@ -14,7 +14,6 @@ namespace {
 
 constexpr double kRadPerDeg = std::numbers::pi / 180;
 constexpr double kFine_rad = ZenithGrid::kFineStep_deg * kRadPerDeg;
-constexpr float kDark = -1e30F;
 
 }  // namespace
 
@@ -31,13 +30,19 @@ SunlitAir::SunlitAir(const DirectSunlight& sunlight, const OrdersOptions& option
   const auto n = static_cast<std::size_t>(rows);
   altitude_km_.resize(n);
   shadow_rad_.resize(n);
-  logarithm_.assign(n * count_ * lanes_, kDark);
+  logarithm_.assign(n * count_ * lanes_, kNight);
+  bending_.assign(n * count_, 0.0F);
   tbb::parallel_for(std::size_t{0}, n, [&](std::size_t i) {
     const double v = static_cast<double>(i) / static_cast<double>(n - 1);
     altitude_km_[i] = top_km * v * v;
     shadow_rad_[i] = sunlight.shadow_zenith_rad(altitude_km_[i]);
     std::vector<float> row(ZenithGrid::kFineSize * lanes_);
     beam_row(sunlight, options, wavelength_nm, altitude_km_[i], row);
+    for (std::size_t k = 0; k < count_; ++k) {
+      const double chi = std::min(static_cast<double>(first_ + k) * kFine_rad, std::numbers::pi);
+      bending_[i * count_ + k] =
+          static_cast<float>(chi - sunlight.apparent_zenith_rad(altitude_km_[i], chi));
+    }
     for (std::size_t k = 0; k < count_ * lanes_; ++k) {
       const float value = row[first_ * lanes_ + k];
       if (value > 1e-30F) logarithm_[i * count_ * lanes_ + k] = std::log(value);
@@ -45,38 +50,61 @@ SunlitAir::SunlitAir(const DirectSunlight& sunlight, const OrdersOptions& option
   });
 }
 
-bool SunlitAir::beam(double altitude_km, double solar_zenith_rad, float* beam) const {
+double SunlitAir::step_rad() { return kFine_rad; }
+
+SunlitAir::Place SunlitAir::place(double altitude_km) const {
   const std::size_t n = altitude_km_.size();
   const double z = std::clamp(altitude_km, 0.0, top_km_);
   const double v = std::sqrt(z / top_km_) * static_cast<double>(n - 1);
   const auto i = std::min(static_cast<std::size_t>(v), n - 2);
-  const double f = (z - altitude_km_[i]) / (altitude_km_[i + 1] - altitude_km_[i]);
+  Place place;
+  place.row = i;
+  place.per_km = 1 / (altitude_km_[i + 1] - altitude_km_[i]);
+  const double f = place.above = (z - altitude_km_[i]) * place.per_km;
   // The Earth's shadow at this altitude, from the nearly quadratic law of its dip.
   const double d0 = shadow_rad_[i] - shadow_rad_[0], d1 = shadow_rad_[i + 1] - shadow_rad_[0];
   const double shadow = shadow_rad_[0] + std::sqrt(std::max(0.0, (1 - f) * d0 * d0 + f * d1 * d1));
+  for (std::size_t r = 0; r < 2; ++r) place.shift_rad[r] = shadow_rad_[i + r] - shadow;
+  return place;
+}
+
+SunlitAir::Taps SunlitAir::taps(const Place& place, double solar_zenith_rad) const {
   const double low_sun = std::clamp((solar_zenith_rad / kRadPerDeg - 80) / 8, 0.0, 1.0);
   const double shift = low_sun * low_sun * (3 - 2 * low_sun);
-  const float* value[2][2];
-  float g[2];
+  Taps taps;
+  double bending[2];
   for (std::size_t r = 0; r < 2; ++r) {
-    const double chi = solar_zenith_rad + shift * (shadow_rad_[i + r] - shadow);
+    const double chi = solar_zenith_rad + shift * place.shift_rad[r];
     const double u = std::clamp(chi / kFine_rad - static_cast<double>(first_), 0.0,
                                 static_cast<double>(count_) - 1.000001);
     const auto k = static_cast<std::size_t>(u);
-    g[r] = static_cast<float>(u - static_cast<double>(k));
-    value[r][0] = &logarithm_[((i + r) * count_ + k) * lanes_];
-    value[r][1] = value[r][0] + lanes_;
+    const double g = u - static_cast<double>(k);
+    const std::size_t at = (place.row + r) * count_ + k;
+    taps.share[r] = static_cast<float>(g);
+    taps.logarithm[r][0] = &logarithm_[at * lanes_];
+    taps.logarithm[r][1] = taps.logarithm[r][0] + lanes_;
+    bending[r] =
+        std::lerp(static_cast<double>(bending_[at]), static_cast<double>(bending_[at + 1]), g);
   }
-  const auto f1 = static_cast<float>(f), f0 = 1 - f1;
+  taps.bending_rad = std::lerp(bending[0], bending[1], place.above);
+  return taps;
+}
+
+bool SunlitAir::beam(double altitude_km, double solar_zenith_rad, float* beam) const {
+  const Place here = place(altitude_km);
+  const Taps t = taps(here, solar_zenith_rad);
+  const auto f1 = static_cast<float>(here.above), f0 = 1 - f1;
+  const float* g = t.share;
   bool lit = false;
   for (std::size_t w = 0; w < lanes_; ++w) {
-    const float a = value[0][0][w], b = value[0][1][w], c = value[1][0][w], e = value[1][1][w];
-    if (std::min(std::min(a, b), std::min(c, e)) > kDark) {
+    const float a = t.logarithm[0][0][w], b = t.logarithm[0][1][w];
+    const float c = t.logarithm[1][0][w], e = t.logarithm[1][1][w];
+    if (std::min(std::min(a, b), std::min(c, e)) > kNight) {
       beam[w] = std::exp(f0 * (a + g[0] * (b - a)) + f1 * (c + g[1] * (e - c)));
       lit = true;
       continue;
     }
-    const auto linear = [](float x) { return x > kDark ? std::exp(x) : 0.0F; };
+    const auto linear = [](float x) { return x > kNight ? std::exp(x) : 0.0F; };
     beam[w] = f0 * (linear(a) * (1 - g[0]) + linear(b) * g[0]) +
               f1 * (linear(c) * (1 - g[1]) + linear(e) * g[1]);
     lit = lit || beam[w] > 0;

@@ -22,11 +22,32 @@ class SunlitAir {
   /// beam[lane]; false (beam untouched) where all is dark.
   bool beam(double altitude_km, double solar_zenith_rad, float* beam) const;
 
+  /// The rows about an altitude: look-ups of many Suns at one place share them.
+  struct Place {
+    std::size_t row = 0;  ///< the lower one; the place is at the share `above` of the next
+    double above = 0;
+    double per_km = 0;      ///< change of `above` with altitude
+    double shift_rad[2]{};  ///< of the two rows' shadow edges against the place's own
+  };
+  Place place(double altitude_km) const;
+
+  /// Logarithms of the beam at four points, [row][zenith angle]; kNight where it is dark.
+  struct Taps {
+    const float* logarithm[2][2];  ///< [lane] each
+    float share[2];                ///< of the second zenith angle, per row
+    double bending_rad;            ///< geometric less apparent zenith angle of the Sun
+  };
+  Taps taps(const Place& place, double solar_zenith_rad) const;
+  /// Zenith angle between neighbouring points.
+  static double step_rad();
+  static constexpr float kNight = -1e30F;
+
  private:
   std::size_t lanes_, first_, count_;  // fine points held
   double top_km_;
   std::vector<double> altitude_km_, shadow_rad_;
   std::vector<float> logarithm_;  // [row][fine][lane]
+  std::vector<float> bending_;    // [row][fine], rad
 };
 
 }  // namespace twilight

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "sim/gather_kernel.h"
-
 namespace twilight {
 namespace {
 
@@ -106,7 +104,9 @@ ViewGather::ViewGather(const GatherInputs& inputs)
   }
 }
 
-int ViewGather::corners(const ViewStep& step, int j0, int j1, float f, Corner* out) const {
+StepCells ViewGather::cells_about(const ViewStep& step) const {
+  StepCells cells;
+  if (shells_.empty() || in_.exchange->field.values.empty()) return cells;
   const double log_r =
       0.5 * std::log(std::max(step.rho_km * step.rho_km + step.z_km * step.z_km, 1e-18));
   const auto it = std::upper_bound(shells_.begin(), shells_.end(), log_r,
@@ -118,7 +118,6 @@ int ViewGather::corners(const ViewStep& step, int j0, int j1, float f, Corner* o
       a == b ? 0.0
              : std::clamp((log_r - shells_[a].log_r) / (shells_[b].log_r - shells_[a].log_r), 0.0,
                           1.0);
-  int n = 0;
   const auto add = [&](const ShellRows& s, double weight) {
     if (weight <= 0) return;
     const auto& c = s.coordinate;
@@ -129,96 +128,102 @@ int ViewGather::corners(const ViewStep& step, int j0, int j1, float f, Corner* o
     const double u = lo == hi_row ? 0.0 : (x - c[lo]) / (c[hi_row] - c[lo]);
     const auto put = [&](std::size_t row, double w) {
       if (w <= 0) return;
-      const CellField& field = in_.exchange->field;
-      out[n++] = {field.at(s.first + row, j0), static_cast<float>(w) * (1 - f)};
-      if (f > 0) out[n++] = {field.at(s.first + row, j1), static_cast<float>(w) * f};
+      cells.ring[cells.count] = s.first + row;
+      cells.weight[cells.count++] = static_cast<float>(w);
     };
     put(lo, weight * (1 - u));
     if (hi_row != lo) put(hi_row, weight * u);
   };
   add(shells_[a], 1 - t);
   if (b != a) add(shells_[b], t);
-  return n;
+  return cells;
 }
 
-void ViewGather::multiple_emission(const ViewStep& step, int node, float* out) const {
-  const std::size_t L = in_.optics->lanes;
-  std::fill(out, out + L, 0.0F);
-  if (shells_.empty() || in_.exchange->field.values.empty()) return;
-  Corner corner[8];
+// Light travels towards the observer: against the ray's tangent.
+void ViewGather::add_emission(const ViewStep& step, const StepCells& cells, int j0, int j1, float f,
+                              float* out) const {
+  const CellField& field = in_.exchange->field;
   const float* fields[8];
   float weights[8];
-  const int n = corners(step, node, node, 0.0F, corner);
-  for (int k = 0; k < n; ++k) {
-    fields[k] = corner[k].field;
-    weights[k] = corner[k].weight;
+  int n = 0;
+  for (int k = 0; k < cells.count; ++k) {
+    fields[n] = field.at(cells.ring[k], j0);
+    weights[n++] = cells.weight[k] * (1 - f);
+    if (f <= 0) continue;
+    fields[n] = field.at(cells.ring[k], j1);
+    weights[n++] = cells.weight[k] * f;
   }
-  const std::size_t at = idx(step.layer) * L;
   const ExchangeOptics& o = *in_.optics;
-  cell_emission(fields, weights, n, in_.exchange->field.moments, L, &o.s0[at], &o.s1[at], &o.s2[at],
+  const std::size_t at = idx(step.layer) * o.lanes;
+  cell_emission(fields, weights, n, field.moments, o.lanes, &o.s0[at], &o.s1[at], &o.s2[at],
                 static_cast<float>(-step.dir_r), static_cast<float>(-step.dir_z), out);
 }
 
-void ViewGather::radiance(double elevation_rad, double relative_azimuth_rad, float* out,
-                          Light light) const {
+void ViewGather::multiple_emission(const ViewStep& step, int node, float* out) const {
+  const StepCells cells = cells_about(step);
+  if (cells.count == 0) {
+    std::fill(out, out + in_.optics->lanes, 0.0F);
+    return;
+  }
+  add_emission(step, cells, node, node, 0.0F, out);
+}
+
+ViewGather::Ray ViewGather::ray(double elevation_rad) const {
+  const std::size_t L = in_.optics->lanes;
+  Ray ray;
+  ray.elevation_rad = elevation_rad;
+  ray.path = trace_view(*in_.medium, rays_, in_.observer_height_km, elevation_rad, in_.max_step_km);
+  const std::size_t steps = ray.path.steps.size();
+  ray.march.lanes = L;
+  ray.march.steps = static_cast<int>(steps);
+  for (const ViewStep& step : ray.path.steps) {
+    ray.march.length_km.push_back(static_cast<float>(step.length_km));
+    ray.march.layer.push_back(step.layer);
+    ray.cells.push_back(cells_about(step));
+    ray.level.push_back(in_.sunlight->level(step.altitude_km));
+  }
+  ray.march.lit.assign(steps, 0);
+  ray.march.sun_depth.assign(steps * L, 0.0F);
+  ray.march.multiple.assign(steps * L, 0.0F);
+  return ray;
+}
+
+void ViewGather::radiance(Ray& ray, double relative_azimuth_rad, float* out, Light light) const {
   const bool multiple = light != Light::kSingle;
   const Medium& m = *in_.medium;
   const ExchangeOptics& o = *in_.optics;
   const std::size_t L = o.lanes;
   const double R = m.earth_radius_km;
   // The Sun's plane is a mirror.
-  double azimuth = std::remainder(relative_azimuth_rad, 2 * kPi);
-  azimuth = std::abs(azimuth);
-  const ViewPath path =
-      trace_view(m, rays_, in_.observer_height_km, elevation_rad, in_.max_step_km);
+  const double azimuth = std::abs(std::remainder(relative_azimuth_rad, 2 * kPi));
   const int S = in_.grid->azimuth_divisions();
   const double node = azimuth / (2 * kPi) * S;
   const int j0 = std::min(static_cast<int>(node), S / 2);
   const int j1 = std::min(j0 + 1, S / 2);
   const auto f = static_cast<float>(std::clamp(node - j0, 0.0, 1.0));
 
-  GatherMarch ray;
-  ray.lanes = L;
-  ray.steps = static_cast<int>(path.steps.size());
-  ray.length_km.resize(path.steps.size());
-  ray.layer.resize(path.steps.size());
-  ray.lit.assign(path.steps.size(), 0);
-  ray.sun_depth.assign(path.steps.size() * L, 0.0F);
-  ray.multiple.assign(path.steps.size() * L, 0.0F);
-  ray.cosine = static_cast<float>(
-      std::clamp(std::cos(in_.sun.elevation_rad) * std::cos(elevation_rad) * std::cos(azimuth) +
-                     std::sin(in_.sun.elevation_rad) * std::sin(elevation_rad),
-                 -1.0, 1.0));
-  const float* fields[8];
-  float weights[8];
-  Corner corner[8];
-  const bool with_cells = multiple && !shells_.empty() && !in_.exchange->field.values.empty();
-  const double towards_sun = std::cos(in_.sun.elevation_rad) * std::cos(azimuth);
+  GatherMarch& march_ray = ray.march;
   const double sun_up = std::sin(in_.sun.elevation_rad);
-  for (std::size_t i = 0; i < path.steps.size(); ++i) {
-    const ViewStep& step = path.steps[i];
-    ray.length_km[i] = static_cast<float>(step.length_km);
-    ray.layer[i] = step.layer;
+  const double towards_sun = std::cos(in_.sun.elevation_rad) * std::cos(azimuth);
+  march_ray.cosine = static_cast<float>(std::clamp(
+      towards_sun * std::cos(ray.elevation_rad) + sun_up * std::sin(ray.elevation_rad), -1.0, 1.0));
+  for (std::size_t i = 0; i < ray.path.steps.size(); ++i) {
+    const ViewStep& step = ray.path.steps[i];
     const double cos_z =
         std::clamp((towards_sun * step.rho_km + sun_up * (R + in_.observer_height_km + step.z_km)) /
                        (R + step.altitude_km),
                    -1.0, 1.0);
-    ray.lit[i] =
-        in_.sunlight->attenuation(step.altitude_km, std::acos(cos_z), &ray.sun_depth[i * L]);
-    if (!with_cells) continue;
-    const int n = corners(step, j0, j1, f, corner);
-    for (int k = 0; k < n; ++k) {
-      fields[k] = corner[k].field;
-      weights[k] = corner[k].weight;
+    march_ray.lit[i] =
+        in_.sunlight->attenuation(ray.level[i], std::acos(cos_z), &march_ray.sun_depth[i * L]);
+    float* emission = &march_ray.multiple[i * L];
+    if (multiple && ray.cells[i].count > 0) {
+      add_emission(step, ray.cells[i], j0, j1, f, emission);
+    } else {
+      std::fill(emission, emission + L, 0.0F);
     }
-    const std::size_t at = idx(step.layer) * L;
-    // Light travels towards the observer: against the tangent.
-    cell_emission(fields, weights, n, in_.exchange->field.moments, L, &o.s0[at], &o.s1[at],
-                  &o.s2[at], static_cast<float>(-step.dir_r), static_cast<float>(-step.dir_z),
-                  &ray.multiple[i * L]);
   }
   std::fill(out, out + L, 0.0F);
-  std::vector<float> transmittance(L, 1.0F);
+  ray.transmittance.assign(L, 1.0F);
   GatherOptics coefficients{beam_extinction_.data(), o.air.data(), o.aerosol.data(),
                             o.asymmetry.data(), o.rayleigh_x2.data()};
   if (light == Light::kTruncated) {
@@ -226,43 +231,51 @@ void ViewGather::radiance(double elevation_rad, double relative_azimuth_rad, flo
     coefficients.s1 = o.s1.data();
     coefficients.s2 = o.s2.data();
   }
-  march(ray, coefficients, out, transmittance.data());
-
-  if (path.hits_ground && !in_.ground_albedo.empty()) {
-    const double rho = R * std::sin(path.ground_angle_rad);
-    const double half = std::sin(path.ground_angle_rad / 2);
-    const double z = -in_.observer_height_km - 2 * R * half * half;
-    const double cos_z = cos_solar_zenith(in_.sun, R, in_.observer_height_km, rho, azimuth, z);
-    std::vector<float> exitance(L, 0.0F), depth(L, 0.0F);
-    if (cos_z > 0 && in_.sunlight->attenuation(0.0, std::acos(cos_z), depth.data())) {
-      for (std::size_t w = 0; w < m.wavelengths(); ++w) {
-        exitance[w] = static_cast<float>(in_.ground_albedo[w]) * static_cast<float>(cos_z) *
-                      std::exp(-depth[w]);
-      }
-    }
-    const auto& rings = in_.grid->rings();
-    const std::size_t n_air = in_.grid->air_rings();
-    if (multiple && rings.size() > n_air && !in_.exchange->ground_exitance.empty()) {
-      std::size_t g = n_air;
-      while (g + 1 < rings.size() && rings[g].rho_km < rho) ++g;
-      const std::size_t g0 = g > n_air ? g - 1 : g;
-      const double span = rings[g].rho_km - rings[g0].rho_km;
-      const auto u = static_cast<float>(
-          span > 0 ? std::clamp((rho - rings[g0].rho_km) / span, 0.0, 1.0) : 0.0);
-      const std::size_t nodes = idx(S / 2 + 1);
-      const auto at = [&](std::size_t ring, int j) {
-        return &in_.exchange->ground_exitance[((ring - n_air) * nodes + idx(j)) * L];
-      };
-      for (std::size_t w = 0; w < m.wavelengths(); ++w) {
-        exitance[w] += (1 - u) * ((1 - f) * at(g0, j0)[w] + f * at(g0, j1)[w]) +
-                       u * ((1 - f) * at(g, j0)[w] + f * at(g, j1)[w]);
-      }
-    }
-    for (std::size_t w = 0; w < m.wavelengths(); ++w) {
-      out[w] += transmittance[w] * exitance[w] * static_cast<float>(1 / kPi);
-    }
+  march(march_ray, coefficients, out, ray.transmittance.data());
+  if (ray.path.hits_ground && !in_.ground_albedo.empty()) {
+    add_ground(ray, azimuth, j0, j1, f, multiple, out);
   }
   for (std::size_t w = m.wavelengths(); w < L; ++w) out[w] = 0.0F;
+}
+
+// Light that the ground reflects up the ray.
+void ViewGather::add_ground(const Ray& ray, double azimuth, int j0, int j1, float f, bool multiple,
+                            float* out) const {
+  const Medium& m = *in_.medium;
+  const std::size_t L = in_.optics->lanes;
+  const double R = m.earth_radius_km;
+  const double rho = R * std::sin(ray.path.ground_angle_rad);
+  const double half = std::sin(ray.path.ground_angle_rad / 2);
+  const double z = -in_.observer_height_km - 2 * R * half * half;
+  const double cos_z = cos_solar_zenith(in_.sun, R, in_.observer_height_km, rho, azimuth, z);
+  std::vector<float> exitance(L, 0.0F), depth(L, 0.0F);
+  if (cos_z > 0 && in_.sunlight->attenuation(0.0, std::acos(cos_z), depth.data())) {
+    for (std::size_t w = 0; w < m.wavelengths(); ++w) {
+      exitance[w] = static_cast<float>(in_.ground_albedo[w]) * static_cast<float>(cos_z) *
+                    std::exp(-depth[w]);
+    }
+  }
+  const auto& rings = in_.grid->rings();
+  const std::size_t n_air = in_.grid->air_rings();
+  if (multiple && rings.size() > n_air && !in_.exchange->ground_exitance.empty()) {
+    std::size_t g = n_air;
+    while (g + 1 < rings.size() && rings[g].rho_km < rho) ++g;
+    const std::size_t g0 = g > n_air ? g - 1 : g;
+    const double span = rings[g].rho_km - rings[g0].rho_km;
+    const auto u =
+        static_cast<float>(span > 0 ? std::clamp((rho - rings[g0].rho_km) / span, 0.0, 1.0) : 0.0);
+    const std::size_t nodes = idx(in_.grid->azimuth_divisions() / 2 + 1);
+    const auto at = [&](std::size_t ring, int j) {
+      return &in_.exchange->ground_exitance[((ring - n_air) * nodes + idx(j)) * L];
+    };
+    for (std::size_t w = 0; w < m.wavelengths(); ++w) {
+      exitance[w] += (1 - u) * ((1 - f) * at(g0, j0)[w] + f * at(g0, j1)[w]) +
+                     u * ((1 - f) * at(g, j0)[w] + f * at(g, j1)[w]);
+    }
+  }
+  for (std::size_t w = 0; w < m.wavelengths(); ++w) {
+    out[w] += ray.transmittance[w] * exitance[w] * static_cast<float>(1 / kPi);
+  }
 }
 
 }  // namespace twilight

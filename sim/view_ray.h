@@ -10,6 +10,7 @@
 #include "sim/cell_grid.h"
 #include "sim/direct_sunlight.h"
 #include "sim/exchange.h"
+#include "sim/gather_kernel.h"
 
 namespace twilight {
 
@@ -54,6 +55,13 @@ struct GatherInputs {
   double max_step_km = 4.0;
 };
 
+/// Rings of cells between which the light at a step of a ray is interpolated.
+struct StepCells {
+  int count = 0;
+  std::size_t ring[4];
+  float weight[4];
+};
+
 /// Exact single scattering marched along the view ray plus multiple scattering
 /// from the cells' field, interpolated at every step.
 class ViewGather {
@@ -67,26 +75,42 @@ class ViewGather {
                  ///< with the beam less extinguished, carries exactly the energy of the exchange
   };
 
+  /// What views of one elevation share: the path, the cells about every step, its sunlight's
+  /// altitude; and the workspace of one thread. Building it costs as much as some three views.
+  struct Ray {
+    double elevation_rad = 0;
+    ViewPath path;
+    std::vector<StepCells> cells;
+    std::vector<DirectSunlight::Level> level;
+    GatherMarch march;
+    std::vector<float> transmittance;
+  };
+  Ray ray(double elevation_rad) const;
+
   /// Radiance per unit solar irradiance, sr^-1, [lane].
+  void radiance(Ray& ray, double relative_azimuth_rad, float* out, Light light = Light::kAll) const;
   void radiance(double elevation_rad, double relative_azimuth_rad, float* out,
-                Light light = Light::kAll) const;
+                Light light = Light::kAll) const {
+    Ray one = ray(elevation_rad);
+    radiance(one, relative_azimuth_rad, out, light);
+  }
 
   /// Emission of multiply scattered light towards the observer at a point of a ray at azimuth
   /// node j, km^-1 sr^-1 per unit irradiance, [lane].
   void multiple_emission(const ViewStep& step, int node, float* out) const;
 
  private:
-  struct Corner {
-    const float* field;
-    float weight;
-  };
   struct ShellRows {
     double log_r;
     bool altitude_bands;
     std::size_t first;
     std::vector<double> coordinate;
   };
-  int corners(const ViewStep& step, int j0, int j1, float f, Corner* out) const;
+  StepCells cells_about(const ViewStep& step) const;
+  void add_emission(const ViewStep& step, const StepCells& cells, int j0, int j1, float f,
+                    float* out) const;
+  void add_ground(const Ray& ray, double azimuth_rad, int j0, int j1, float f, bool multiple,
+                  float* out) const;
 
   GatherInputs in_;
   RefractedRays rays_;

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "sim/cell_grid.h"
-#include "sim/exchange.h"
+#include "sim/exchange_optics.h"
 #include "sim/spectral_lanes.h"
 
 namespace twilight {

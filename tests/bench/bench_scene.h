@@ -4,7 +4,9 @@
 #include <cstddef>
 #include <vector>
 
-#include "sim/exchange_kernel.h"
+#include "sim/azimuth_sampling.h"
+#include "sim/exchange_medium.h"
+#include "sim/ring_pair_kernel.h"
 #include "sim/scene_model.h"
 
 namespace twilight {

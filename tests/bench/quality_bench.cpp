@@ -47,12 +47,11 @@ Solved solve(const char* aerosol, const SolverOptions& solver, const std::vector
   scene.sun.elevation_deg = kQualitySun_deg[0];
   Solved result;
   const double start = processor_seconds();
-  SceneModel model = build_scene_model(scene);
+  const SceneModel model = build_scene_model(scene);
   const OrdersSky sky(model, RunControl{});
   result.seconds = processor_seconds() - start;
   for (const double sun : kQualitySun_deg) {
-    model.sun_elevation_rad = sun * kRadPerDeg;
-    result.radiance.push_back(OrdersSky(model, sky.field(), RunControl{}).radiance(views.views));
+    result.radiance.push_back(sky.under(sun * kRadPerDeg)->radiance(views.views));
   }
   return result;
 }

@@ -1,81 +1,145 @@
-// Whole runs of the program, as a table: whole_run_bench [RUNS [SCENE.toml ...]]
+// Whole runs of the program, process start to files written, as a table with its spread:
+// whole_run_bench [RUNS] [--only TEXT] [--simd best|avx512|avx2|sse4|scalar] [SCENE.toml ...]
 #include <fmt/format.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
+#include <iostream>
 #include <stdexcept>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "output/machine.h"
+#include "sim/simd_target.h"
+
 namespace {
 
-struct Run {
-  double seconds = 0;
-  double peak_mib = 0;
+constexpr const char* kConfigs = TWILIGHT_CONFIGS "/";
+
+/// One row of the table: what the program is asked to do. "{}" in an argument becomes a folder
+/// of the run's own for what it writes.
+struct Work {
+  std::string name;
+  std::vector<std::string> arguments;
+  /// Run once before the clock starts (to solve a field, say); may be empty.
+  std::vector<std::string> before = {};
 };
 
-std::string processor() {
-  std::ifstream info("/proc/cpuinfo");
-  for (std::string line; std::getline(info, line);) {
-    const auto colon = line.find(": ");
-    if (line.starts_with("model name") && colon != std::string::npos) return line.substr(colon + 2);
+/// A scene rendered into an EXR and a PNG preview, with settings of its own.
+Work rendered(const std::string& name, const std::string& scene,
+              const std::vector<std::string>& settings = {}) {
+  Work work{name, {"render", scene, "--quiet", "-o", "{}/sky.exr", "--preview", "{}/sky.png"}};
+  for (const std::string& setting : settings) {
+    work.arguments.insert(work.arguments.end(), {"--set", setting});
   }
-  return "unknown processor";
+  return work;
 }
 
-Run render(const std::string& scene, const std::string& image) {
+/// The rows of the standard table: add yours here.
+std::vector<Work> standard_work() {
+  const std::string paper = std::string(kConfigs) + "haber2005.toml";
+  return {
+      rendered("haber2005.toml", paper),
+      rendered("haber2005.toml, every shell", paper, {"solver.active_shell_stride=1"}),
+      rendered("default.toml", std::string(kConfigs) + "default.toml"),
+  };
+}
+
+struct Run {
+  double seconds = 0, processor_seconds = 0, peak_mib = 0;
+};
+
+double seconds_of(const timeval& t) {
+  return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+}
+
+Run run_program(std::vector<std::string> arguments, const std::string& folder) {
+  std::vector<char*> argv;
+  arguments.insert(arguments.begin(), "twilight");
+  for (std::string& a : arguments) {
+    if (const auto at = a.find("{}"); at != std::string::npos) a.replace(at, 2, folder);
+    argv.push_back(a.data());
+  }
+  argv.push_back(nullptr);
   const auto start = std::chrono::steady_clock::now();
   const pid_t child = ::fork();
   if (child < 0) throw std::runtime_error("cannot start a process");
   if (child == 0) {
-    ::execl(TWILIGHT_PROGRAM, "twilight", "render", scene.c_str(), "--quiet", "-o", image.c_str(),
-            static_cast<char*>(nullptr));
+    ::execv(TWILIGHT_PROGRAM, argv.data());
     ::_exit(127);
   }
   int status = 0;
   rusage used{};
   ::wait4(child, &status, 0, &used);
   if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) {
-    throw std::runtime_error("twilight render " + scene + " failed");
+    throw std::runtime_error(fmt::format("twilight {} failed", fmt::join(arguments, " ")));
   }
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - start;
-  return {wall.count(), static_cast<double>(used.ru_maxrss) / 1024};
+  return {wall.count(), seconds_of(used.ru_utime) + seconds_of(used.ru_stime),
+          static_cast<double>(used.ru_maxrss) / 1024};
+}
+
+void print_row(const Work& work, int runs, const std::string& folder) {
+  if (!work.before.empty()) run_program(work.before, folder);
+  std::vector<double> seconds, processor;
+  double peak_mib = 0;
+  for (int i = 0; i < runs; ++i) {
+    const Run run = run_program(work.arguments, folder);
+    seconds.push_back(run.seconds);
+    processor.push_back(run.processor_seconds);
+    peak_mib = std::max(peak_mib, run.peak_mib);
+  }
+  std::ranges::sort(seconds);
+  std::ranges::sort(processor);
+  fmt::print("| {} | {:.2f} | {:.2f} | {:.2f} | {:.2f} | {:.0f} |\n", work.name, seconds.front(),
+             seconds[seconds.size() / 2], seconds.back(), processor[processor.size() / 2],
+             peak_mib);
+  std::cout << std::flush;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) try {
-  const int runs = argc > 1 ? std::max(1, std::atoi(argv[1])) : 5;
-  std::vector<std::string> scenes(argv + std::min(argc, 2), argv + argc);
-  if (scenes.empty()) {
-    scenes = {TWILIGHT_CONFIGS "/haber2005.toml", TWILIGHT_CONFIGS "/default.toml"};
-  }
-  const auto image = std::filesystem::temp_directory_path() /
-                     fmt::format("twilight-bench-{}.exr", static_cast<long>(::getpid()));
-  fmt::print("{}, {} hardware threads, {} runs each\n\n", processor(),
-             std::thread::hardware_concurrency(), runs);
-  fmt::print("| scene | least s | median s | most s | peak memory MiB |\n|---|---|---|---|---|\n");
+  CLI::App app("Whole runs of twilight, as a table");
+  int runs = 5;
+  std::string only, simd = "best";
+  std::vector<std::string> scenes;
+  app.add_option("runs", runs, "runs of each row")->check(CLI::PositiveNumber);
+  app.add_option("scenes", scenes, "scenes to render instead of the standard rows");
+  app.add_option("--only", only, "rows whose name contains this text");
+  app.add_option("--simd", simd, "best, avx512, avx2, sse4 or scalar");
+  CLI11_PARSE(app, argc, argv);
+
+  twilight::cap_simd_target(simd);
+  ::setenv("TWILIGHT_SIMD", simd.c_str(), 1);
+  std::vector<Work> table;
   for (const std::string& scene : scenes) {
-    std::vector<double> seconds;
-    double peak_mib = 0;
-    for (int i = 0; i < runs; ++i) {
-      const Run run = render(scene, image.string());
-      seconds.push_back(run.seconds);
-      peak_mib = std::max(peak_mib, run.peak_mib);
-    }
-    std::ranges::sort(seconds);
-    fmt::print("| {} | {:.2f} | {:.2f} | {:.2f} | {:.0f} |\n",
-               std::filesystem::path(scene).filename().string(), seconds.front(),
-               seconds[seconds.size() / 2], seconds.back(), peak_mib);
+    table.push_back(rendered(std::filesystem::path(scene).filename().string(), scene));
   }
-  std::filesystem::remove(image);
+  if (scenes.empty()) table = standard_work();
+
+  const auto folder = std::filesystem::temp_directory_path() /
+                      fmt::format("twilight-bench-{}", static_cast<long>(::getpid()));
+  std::filesystem::create_directory(folder);
+  double load[1] = {0};
+  ::getloadavg(load, 1);
+  fmt::print("{}, {} hardware threads, SIMD target {}, {} runs each, load before {:.1f}\n\n",
+             twilight::this_machine().processor, std::thread::hardware_concurrency(),
+             twilight::simd_target(), runs, load[0]);
+  fmt::print(
+      "| work | least s | median s | most s | median processor s | peak memory MiB |\n"
+      "|---|---|---|---|---|---|\n");
+  for (const Work& work : table) {
+    if (work.name.find(only) != std::string::npos) print_row(work, runs, folder.string());
+  }
+  std::filesystem::remove_all(folder);
   return EXIT_SUCCESS;
 } catch (const std::exception& error) {
   fmt::print(stderr, "whole_run_bench: {}\n", error.what());

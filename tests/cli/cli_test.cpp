@@ -78,12 +78,7 @@ TEST_P(BadInput, IsRefusedWithItsPlaceAndLeavesNothing) {
   arguments.insert(arguments.end(), bad.arguments.begin(), bad.arguments.end());
   const Finished finished = place.run(arguments);
 
-  EXPECT_EQ(finished.exit_code, 2);
-  EXPECT_EQ(finished.out, "");
-  for (const std::string& fragment : bad.fragments)
-    EXPECT_NE(finished.err.find(fragment), std::string::npos)
-        << "'" << fragment << "' is not in: " << finished.err;
-  EXPECT_EQ(lines_of(finished.err).size(), 1u) << finished.err;
+  expect_refused(finished, bad.fragments);
   EXPECT_EQ(place.names(), before);
 }
 
@@ -253,11 +248,7 @@ TEST(CliBadInput, FieldsAreSolvedByOrdersIntoNetcdf) {
   };
   for (const auto& [arguments, fragments] : usages) {
     const Finished finished = place.run(arguments);
-    EXPECT_EQ(finished.exit_code, 2) << finished.err;
-    EXPECT_EQ(lines_of(finished.err).size(), 1u) << finished.err;
-    for (const std::string& fragment : fragments)
-      EXPECT_NE(finished.err.find(fragment), std::string::npos)
-          << "'" << fragment << "' is not in: " << finished.err;
+    expect_refused(finished, fragments);
     EXPECT_EQ(place.names(), (std::set<std::string>{"scene.toml"}));
   }
 }
@@ -277,11 +268,7 @@ TEST(CliBadInput, BadViewsAreNamedWithTheirLine) {
   for (const auto& [text, fragments] : files) {
     place.write("views.csv", text);
     const Finished finished = place.run({"radiance", "scene.toml", "--views", "views.csv"});
-    EXPECT_EQ(finished.exit_code, 2);
-    EXPECT_EQ(finished.out, "");
-    for (const std::string& fragment : fragments)
-      EXPECT_NE(finished.err.find(fragment), std::string::npos)
-          << "'" << fragment << "' is not in: " << finished.err;
+    expect_refused(finished, fragments);
   }
 }
 

@@ -33,12 +33,6 @@ size = 16
 
 const std::vector<std::string> kViews = {"--view", "90,0", "--view", "10,45", "--view", "10,180"};
 
-std::vector<std::string> with(std::vector<std::string> arguments,
-                              const std::vector<std::string>& more) {
-  arguments.insert(arguments.end(), more.begin(), more.end());
-  return arguments;
-}
-
 TEST(CliField, AnswersAsTheSolverDoes) {
   const Workplace place;
   place.write("scene.toml", kOrdersScene);
@@ -107,11 +101,7 @@ TEST(CliField, AnotherSceneIsRefusedBeforeAnythingIsWritten) {
   for (const auto& [arguments, fragments] : cases) {
     for (const std::vector<std::string>& command : commands) {
       const Finished finished = place.run(with(command, arguments));
-      EXPECT_EQ(finished.exit_code, 2) << finished.err;
-      EXPECT_EQ(finished.out, "");
-      for (const std::string& fragment : fragments)
-        EXPECT_NE(finished.err.find(fragment), std::string::npos)
-            << "'" << fragment << "' is not in: " << finished.err;
+      expect_refused(finished, fragments);
       EXPECT_EQ(place.names(), before);
     }
     commands.resize(1);

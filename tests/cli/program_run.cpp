@@ -1,6 +1,7 @@
 #include "tests/cli/program_run.h"
 
 #include <fcntl.h>
+#include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -30,6 +31,24 @@ fs::path new_folder() {
 }
 
 }  // namespace
+
+void expect_refused(const Finished& finished, const std::vector<std::string>& fragments) {
+  EXPECT_EQ(finished.exit_code, 2) << finished.err;
+  EXPECT_EQ(finished.out, "");
+  std::vector<std::string> complaints = lines_of(finished.err);
+  std::erase_if(complaints, [](const std::string& line) { return line.starts_with("warning: "); });
+  ASSERT_EQ(complaints.size(), 1u) << finished.err;
+  for (const std::string& fragment : fragments) {
+    EXPECT_NE(complaints[0].find(fragment), std::string::npos)
+        << "'" << fragment << "' is not in: " << finished.err;
+  }
+}
+
+std::vector<std::string> with(std::vector<std::string> arguments,
+                              const std::vector<std::string>& more) {
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return arguments;
+}
 
 std::vector<std::string> lines_of(const std::string& text) {
   std::vector<std::string> lines;
@@ -106,9 +125,14 @@ Finished Workplace::run(const std::vector<std::string>& arguments,
   return finish(start(arguments, out_file));
 }
 
-Finished Workplace::run_and_signal(const std::vector<std::string>& arguments, int signal) const {
+Finished Workplace::run_and_signal(const std::vector<std::string>& arguments, int signal,
+                                   const std::string& after) const {
   const pid_t child = start(arguments, {});
-  for (int waited = 0; waited < 2000 && fs::file_size(streams_ / "err") == 0; ++waited)
+  const auto said = [&] {
+    const std::string text = text_of(streams_ / "err");
+    return !text.empty() && text.find(after) != std::string::npos;
+  };
+  for (int waited = 0; waited < 6000 && !said(); ++waited)
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   ::kill(child, signal);
   return finish(child);

@@ -17,6 +17,14 @@ struct Finished {
   std::string err;     ///< standard error
 };
 
+/// Checks that the program refused its input: exit code 2, nothing on standard output, one line on
+/// standard error (warnings apart) that holds every fragment.
+void expect_refused(const Finished& finished, const std::vector<std::string>& fragments);
+
+/// Arguments followed by more of them.
+std::vector<std::string> with(std::vector<std::string> arguments,
+                              const std::vector<std::string>& more);
+
 std::vector<std::string> lines_of(const std::string& text);
 
 /// Cells of a CSV line without quoted commas; keeps empty ones at the end.
@@ -40,9 +48,10 @@ class Workplace {
   /// empty) if that is given.
   Finished run(const std::vector<std::string>& arguments, const std::string& out_file = {}) const;
 
-  /// Starts the program, sends the signal as soon as it has said anything on standard error, and
-  /// waits for its end.
-  Finished run_and_signal(const std::vector<std::string>& arguments, int signal) const;
+  /// Starts the program, sends the signal as soon as it has said `after` (empty: anything) on
+  /// standard error, and waits for its end.
+  Finished run_and_signal(const std::vector<std::string>& arguments, int signal,
+                          const std::string& after = {}) const;
 
  private:
   pid_t start(const std::vector<std::string>& arguments, const std::string& out_file) const;

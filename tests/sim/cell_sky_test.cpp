@@ -53,6 +53,26 @@ Scene paper_scene(double sun_deg) {
   return s;
 }
 
+// Views of one elevation share their ray: a view is the same bytes alone and among others, in
+// whatever order.
+TEST(CellSky, ViewsDoNotDependOnTheirCompany) {
+  for (const Scene& scene : {small_scene(5), paper_scene(-3)}) {
+    const auto solved = solve_sky(build_scene_model(scene));
+    auto all = views();
+    for (std::size_t i = 0; i < 200; ++i) {
+      all.push_back({0.3, static_cast<double>(i) * kDegree});  // more than one ray's share
+    }
+    all.push_back({-0.2, 1.0});
+    std::ranges::reverse(all);
+    const auto together = solved->radiance(all);
+    const std::size_t W = solved->wavelength_nm().size();
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      const auto alone = solved->radiance({&all[i], 1});
+      for (std::size_t w = 0; w < W; ++w) EXPECT_EQ(alone[w], together[i * W + w]) << i;
+    }
+  }
+}
+
 TEST(CellSky, IsMirrorSymmetricAboutTheSunsPlane) {
   for (const Scene& scene : {small_scene(5), paper_scene(-3)}) {
     const auto model = build_scene_model(scene);

@@ -1,16 +1,20 @@
-#include "sim/exchange_kernel.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <cstdio>
 #include <numbers>
 #include <random>
 #include <vector>
 
+#include "sim/aerosol_pass.h"
 #include "sim/cell_grid.h"
+#include "sim/ring_pair_kernel.h"
+#include "sim/ring_pair_schedule.h"
+#include "sim/ring_pass.h"
+#include "sim/simd_target.h"
 #include "small_scene.h"
 
 namespace twilight {
@@ -214,6 +218,61 @@ TEST(RingPairKernel, GroundIsReciprocal) {
   }
 }
 
+// The kernel of a pair turned round is the one of the pair in the other order.
+TEST(RingPairKernel, TurnedRoundIsTheOtherOrder) {
+  const Medium m = hazy_air();
+  const ExchangeMedium medium = kernel_medium(m, 8);
+  for (const Pair& p : pairs(m)) {
+    Evaluation there(medium, p);
+    const Evaluation back(medium, {p.what, p.target, p.source, p.same});
+    there.kernel.turn_round(p.source, p.target, true);
+    for (std::size_t i = 0; i < 19 * kMoments; ++i) {
+      EXPECT_NEAR(there.kernel.emit[i], back.kernel.emit[i], 1e-6) << p.what << ' ' << i;
+      EXPECT_NEAR(there.kernel.receive[i], back.kernel.receive[i], 1e-6) << p.what << ' ' << i;
+    }
+    EXPECT_EQ(there.kernel.value, there.kernel.own_value.data());
+  }
+}
+
+// Every pair once, no ring in two places at once, its partners always in the same order.
+TEST(RingPairSchedule, IsATournament) {
+  for (const std::size_t n : {0U, 1U, 15U, 16U, 17U, 48U, 100U}) {
+    std::vector<std::vector<std::size_t>> order[2];
+    for (auto& partners : order) {
+      partners.resize(n);
+      std::vector<std::atomic<int>> busy(n);
+      double last = 0;
+      for_each_ring_pair(
+          n,
+          [&](std::size_t a, std::size_t b) {
+            EXPECT_GE(a, b);
+            EXPECT_EQ(busy[a]++, 0);
+            if (a != b) {
+              EXPECT_EQ(busy[b]++, 0);
+              partners[b].push_back(a);
+            }
+            partners[a].push_back(b);
+            --busy[a];
+            if (a != b) --busy[b];
+          },
+          [&](double fraction) {
+            EXPECT_GE(fraction, last);
+            last = fraction;
+          });
+      if (n > 0) {
+        EXPECT_DOUBLE_EQ(last, 1);
+      }
+    }
+    EXPECT_EQ(order[0], order[1]);
+    for (std::size_t i = 0; i < n; ++i) {
+      std::vector<std::size_t> met = order[0][i];
+      std::ranges::sort(met);
+      ASSERT_EQ(met.size(), n);
+      for (std::size_t k = 0; k < n; ++k) EXPECT_EQ(met[k], k);
+    }
+  }
+}
+
 TEST(RingPairKernel, KnownValuesServeBothDirections) {
   const Medium m = hazy_air();
   const ExchangeMedium medium = kernel_medium(m, 8);
@@ -394,6 +453,67 @@ TEST(MultiplyAdd, IsAProductAddedPerElement) {
   for (std::size_t i = 0; i < f.size(); ++i) EXPECT_NEAR(f[i], before[i] + 4 * a[i] * b[i], 1e-6);
 }
 
+TEST(MultiplyAdd, BothDirectionsAtOnce) {
+  const auto k = random_spectra(48, 1), a = random_spectra(48, 2), b = random_spectra(48, 3);
+  auto fa = random_spectra(48, 4), fb = random_spectra(48, 5);
+  const auto before_a = fa, before_b = fb;
+  multiply_add_both(k.data(), a.data(), 4.0F, b.data(), 1.0F, k.size(), fa.data(), fb.data());
+  for (std::size_t i = 0; i < k.size(); ++i) {
+    EXPECT_NEAR(fa[i], before_a[i] + k[i] * b[i], 1e-6);
+    EXPECT_NEAR(fb[i], before_b[i] + 4 * k[i] * a[i], 1e-6);
+  }
+}
+
+// Whatever vectors the processor has: the same kernels within their rounding.
+TEST(SimdTarget, EveryInstructionSetAgrees) {
+  EXPECT_THROW(cap_simd_target("mmx"), std::invalid_argument);
+  const std::string best_target = simd_target();
+  for (const std::size_t lanes : {8U, 16U, 32U}) {
+    const Medium m = hazy_air(lanes - 2);
+    const ExchangeMedium medium = kernel_medium(m, lanes);
+    const auto source = random_spectra(19 * kMoments * lanes, 7);
+    const auto power = random_spectra(19 * lanes, 21, 0.1F);
+    const std::vector<float> asymmetry(lanes, 0.7F);
+    std::vector<unsigned char> lit(19, 1);
+    std::fill_n(lit.begin(), 4, 0);
+    const auto all = [&](const Pair& p) {
+      std::vector<std::vector<float>> out(4);
+      const Evaluation e(medium, p);
+      out[0].assign(e.kernel.value, e.kernel.value + 19 * lanes);
+      out[1].assign(19 * kMoments * lanes, 0.0F);
+      moment_pass(e.kernel, e.modes, source.data(), out[1].data());
+      out[2].assign(19 * lanes, 0.0F);
+      cosine_transform(e.kernel, e.modes, out[2].data());
+      out[3].assign(19 * lanes, 0.0F);
+      first_event_pass(e.kernel, e.modes, power.data(), lit.data(), asymmetry.data(), -0.1,
+                       out[3].data());
+      return out;
+    };
+    for (const Pair& p : pairs(m)) {
+      cap_simd_target("best");
+      const auto best = all(p);
+      for (const char* cap : {"avx2", "sse4", "scalar"}) {
+        cap_simd_target(cap);
+        const auto capped = all(p);
+        for (std::size_t i = 0; i < best.size(); ++i) {
+          float largest = 0;
+          for (const float v : best[i]) largest = std::max(largest, std::abs(v));
+          for (std::size_t k = 0; k < best[i].size(); ++k) {
+            ASSERT_NEAR(best[i][k], capped[i][k], 3e-5F * largest) << cap << ' ' << p.what << i;
+          }
+        }
+      }
+    }
+  }
+  // The cap is on what runs, not only on what is reported.
+  for (const char* cap : {"avx2", "sse4"}) {
+    cap_simd_target(cap);
+    EXPECT_NE(simd_target(), "AVX3") << cap;
+  }
+  cap_simd_target("best");
+  EXPECT_EQ(simd_target(), best_target);
+}
+
 TEST(AzimuthSampling, ZeroToleranceKeepsEverything) {
   const Medium m = hazy_air();
   const ExchangeMedium medium = kernel_medium(m, 8);
@@ -483,7 +603,7 @@ TEST_F(FirstEventPass, AgreesWithItsScalarTwin) {
         for (const AzimuthSampling sampling : {AzimuthSampling{1, 19}, {3, 6}}) {
           const Evaluation e(medium, p, sampling);
           std::vector<float> simd(19 * 8, 0.0F), scalar(19 * 8, 0.0F);
-          first_event_pass(e.kernel, kDivisions, power.data(), lit.data(), asymmetry.data(), sun,
+          first_event_pass(e.kernel, e.modes, power.data(), lit.data(), asymmetry.data(), sun,
                            simd.data());
           first_event_pass_scalar(e.kernel, kDivisions, power.data(), lit.data(), asymmetry.data(),
                                   sun, scalar.data());
@@ -509,7 +629,7 @@ TEST_F(FirstEventPass, IsotropicIsTheMeanMode) {
     if (p.source.ground) continue;
     const Evaluation e(medium, p);
     std::vector<float> field(19 * 8, 0.0F), modes(19 * 8);
-    first_event_pass(e.kernel, kDivisions, even.data(), lit.data(), zero.data(), 0.3, field.data());
+    first_event_pass(e.kernel, e.modes, even.data(), lit.data(), zero.data(), 0.3, field.data());
     cosine_transform(e.kernel, e.modes, modes.data());
     for (std::size_t j = 0; j < 19; ++j) {
       EXPECT_NEAR(field[j * 8], 0.5 * modes[0], 1e-5 * modes[0]) << p.what;
@@ -528,7 +648,7 @@ TEST_F(FirstEventPass, IsHenyeyGreensteinAboutTheSunsDirection) {
     const Evaluation kernel(medium, p);
     const auto value = ring_pair_kernel_scalar(medium, p.source, p.target, kDivisions, p.same);
     std::vector<float> field(19 * 8, 0.0F);
-    first_event_pass(kernel.kernel, kDivisions, power.data(), lit.data(), asymmetry.data(), e,
+    first_event_pass(kernel.kernel, kernel.modes, power.data(), lit.data(), asymmetry.data(), e,
                      field.data());
     for (int j = 0; j <= kDivisions / 2; j += 2) {
       double sum = 0;

@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-#include "sim/exchange_kernel.h"
+#include "sim/field_moments.h"
 
 namespace twilight {
 namespace {

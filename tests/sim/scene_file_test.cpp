@@ -109,7 +109,7 @@ TEST_F(SceneFile, PrintedSceneReadsBackTheSame) {
       "[solver]\nmethod = \"orders\"\nscattering_orders = 200\npolarisation = true\n"
       "zenith_step_deg = 0.1\naltitude_levels = 4\npolar_directions = 8\n"
       "azimuth_directions = 64\nphase_degree = 64\norder_tolerance = 1e-8\n"
-      "single_precision = false\n",
+      "single_precision = false\nview_interpolation = false\n",
       "[observer]\nheight_m = 4e7\n[sun]\nelevation_deg = -6\ndisc_average = \"auto\"\n"
       "[atmosphere]\nnitrogen_dioxide_du = \"auto\"\n[aerosols]\nphase = \"auto\"\n"
       "[solver]\nmethod = \"monte-carlo\"\nscattering_orders = \"auto\"\n"

@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "output/csv_table.h"
+#include "output/svg_plot.h"
 #include "tests/validation/checks.h"
 #include "tests/validation/sky_sequence.h"
-#include "tests/validation/svg_plot.h"
 
 namespace twilight::validation {
 namespace {
@@ -33,9 +33,10 @@ constexpr Row kRows[] = {
 
 std::vector<Check> illuminance(const Settings& settings) {
   std::vector<Check> checks;
-  std::vector<SvgSeries> series(2);
-  series[0] = {"Explanatory Supplement 1992", {}, true};
-  series[1] = {"USNO Circular 171", {}, true};
+  std::vector<PlotSeries> series(2);
+  series[0].label = "Explanatory Supplement 1992";
+  series[1].label = "USNO Circular 171";
+  for (PlotSeries& s : series) s.dots = true;
   for (const Row& row : kRows) {
     series[0].points.emplace_back(row.sun_deg, row.supplement_lux);
     series[1].points.emplace_back(row.sun_deg, row.circular_lux);
@@ -50,7 +51,7 @@ std::vector<Check> illuminance(const Settings& settings) {
     scene.spectrum.wavelengths_nm = photopic_wavelengths_nm();
     SkySequence skies(with_overrides(scene, settings));
     double lowest = 1e9, highest = 0;
-    SvgSeries line{type, {}, false};
+    PlotSeries line{type};
     for (const Row& row : kRows) {
       const double lux = skies.illuminance_lux(skies.under(row.sun_deg));
       const double ratio = lux / row.supplement_lux;
@@ -73,7 +74,8 @@ std::vector<Check> illuminance(const Settings& settings) {
   if (!settings.directory.empty()) {
     table.write(settings.directory / "illuminance.csv", std::cout);
     write_svg_plot(settings.directory / "illuminance.svg", "Clear-sky illuminance",
-                   "geometric elevation of the Sun, deg", "lux", series);
+                   {.label = "geometric elevation of the Sun, deg"},
+                   {.label = "lux", .logarithmic = true}, series);
   }
   return checks;
 }

@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "output/csv_table.h"
+#include "output/svg_plot.h"
 #include "tests/validation/checks.h"
 #include "tests/validation/sky_sequence.h"
-#include "tests/validation/svg_plot.h"
 
 namespace twilight::validation {
 namespace {
@@ -53,7 +53,7 @@ double median(std::vector<double> values) {
 }
 
 Check run_variant(const Variant& variant, const Settings& settings, CsvTable& table,
-                  std::vector<SvgSeries>* plot) {
+                  std::vector<PlotSeries>* plot) {
   const Stopwatch watch;
   Scene scene;
   scene.observer.height_m = 30;
@@ -121,16 +121,19 @@ CsvTable koomen_table() {
 
 std::vector<Check> koomen(const Settings& settings) {
   CsvTable table = koomen_table();
-  std::vector<SvgSeries> plot = {{"Sun 0, measured", {}, true},  {"Sun 0, orders", {}, false},
-                                 {"Sun -3, measured", {}, true}, {"Sun -3, orders", {}, false},
-                                 {"Sun -6, measured", {}, true}, {"Sun -6, orders", {}, false}};
+  std::vector<PlotSeries> plot;
+  for (const char* sun : {"Sun 0", "Sun -3", "Sun -6"}) {
+    plot.push_back({.label = fmt::format("{}, measured", sun), .dots = true});
+    plot.push_back({.label = fmt::format("{}, orders", sun)});
+  }
   const std::vector<Check> checks = {run_variant(
       {"continental average", [](Scene& s) { s.aerosols.type = "continental_average"; }}, settings,
       table, &plot)};
   if (!settings.directory.empty()) {
     table.write(settings.directory / "koomen.csv", std::cout);
     write_svg_plot(settings.directory / "koomen.svg", "Sky along the Sun's vertical, Maryland",
-                   "angle from the horizon below the Sun, deg", "cd/m&#178;", plot);
+                   {.label = "angle from the horizon below the Sun, deg"},
+                   {.label = "cd/m&#178;", .logarithmic = true}, plot);
   }
   return checks;
 }

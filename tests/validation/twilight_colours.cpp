@@ -14,11 +14,10 @@
 #include "output/csv_table.h"
 #include "output/preview.h"
 #include "output/sky_image.h"
+#include "output/svg_plot.h"
 #include "solar/solar_spectrum.h"
 #include "tests/validation/colours.h"
-#include "tests/validation/linear_plot.h"
 #include "tests/validation/sky_sequence.h"
-#include "tests/validation/svg_plot.h"
 
 namespace {
 
@@ -87,8 +86,8 @@ Chromaticity planck(double kelvin) {
   return chromaticity(sum);
 }
 
-std::vector<LinearSeries> landmarks(const Chromaticity& sunlight) {
-  LinearSeries locus{"black bodies", {}, {}, true, false, "#999999"};
+std::vector<PlotSeries> landmarks(const Chromaticity& sunlight) {
+  PlotSeries locus{"black bodies", {}, {}, true, false, "#999999"};
   for (const double k : {2500., 3000., 3500., 4000., 5000., 6000., 7000., 8000., 10000., 13000.,
                          18000., 25000., 40000.}) {
     const Chromaticity xy = planck(k);
@@ -182,16 +181,16 @@ void look_at_all(Run& run, const std::string& only) {
 
 // The zenith's track through the chromaticity diagram, its luminance, and ozone's share.
 void zenith(const Run& run) {
-  std::vector<LinearSeries> tracks;
-  std::vector<SvgSeries> luminance;
+  std::vector<PlotSeries> tracks;
+  std::vector<PlotSeries> luminance;
   std::map<std::string, std::map<double, Chromaticity>> sunset;  // by air, ozone
   for (const char* name : {"clear, 0 DU", "clear, 300 DU", "clear, 500 DU", "clean, 0 DU",
                            "clean, 300 DU", "clean, 500 DU", "clear, 240 DU"}) {
     if (!run.looks.contains(name)) continue;
     const ColourAir& air = run.by_name.at(name).air;
-    LinearSeries track{name};
+    PlotSeries track{name};
     track.dashed = air.aerosol != "none";
-    SvgSeries line{name, {}, false};
+    PlotSeries line{name};
     for (const auto& [sun, look] : run.looks.at(name)) {
       const Chromaticity& xy = look.zenith.xy;
       if (sun == 0) sunset[air.aerosol][air.ozone_du] = xy;
@@ -226,25 +225,26 @@ void zenith(const Run& run) {
     }
   }
   run.write(shares, "ozone_share.csv");
-  for (LinearSeries& s : landmarks(run.sunlight)) tracks.push_back(s);
-  write_linear_plot(run.out / "zenith_chromaticity.svg",
-                    "Colour of the zenith, Sun +10&#176; to &#8722;10&#176; (beside the dots)",
-                    {"CIE 1931 x", 0.18, 0.38, 0.02}, {"CIE 1931 y", 0.14, 0.40, 0.02}, tracks);
+  for (PlotSeries& s : landmarks(run.sunlight)) tracks.push_back(s);
+  write_svg_plot(run.out / "zenith_chromaticity.svg",
+                 "Colour of the zenith, Sun +10&#176; to &#8722;10&#176; (beside the dots)",
+                 {"CIE 1931 x", 0.18, 0.38, 0.02}, {"CIE 1931 y", 0.14, 0.40, 0.02}, tracks);
   write_svg_plot(run.out / "zenith_luminance.svg", "Luminance of the zenith",
-                 "geometric elevation of the Sun, deg", "cd/m&#178;", luminance);
+                 {.label = "geometric elevation of the Sun, deg"},
+                 {.label = "cd/m&#178;", .logarithmic = true}, luminance);
 }
 
 // The purple light: how much purpler and redder than clear air the sunward vertical is.
 void purple_light(const Run& run) {
   CsvTable best({"air", "sun_deg", "purplest_deg", "purple_index", "x", "y", "reddest_deg",
                  "red_excess", "brightest_excess_deg", "light_excess"});
-  std::vector<LinearSeries> index, excess, profile;
+  std::vector<PlotSeries> index, excess, profile;
   if (!run.looks.contains("clear, 300 DU")) return;
   const auto& reference = run.looks.at("clear, 300 DU");
   for (const char* name : {"clear, 300 DU", "sulphate alone", "sulphate alone x10", "clean, 300 DU",
                            "clean, sulphate x10"}) {
     if (!run.looks.contains(name)) continue;
-    LinearSeries purple{name}, red{name};
+    PlotSeries purple{name}, red{name};
     for (const auto& [sun, look] : run.looks.at(name)) {
       if (sun > 0 || sun < -8) continue;
       const auto largest = [&](auto value) {
@@ -269,7 +269,7 @@ void purple_light(const Run& run) {
       purple.points.emplace_back(sun, purple_at(p));
       red.points.emplace_back(sun, red_at(r));
       if (std::string(name) != "clean, 300 DU" || sun > -1) continue;
-      LinearSeries line{fmt::format("Sun {:g}&#176;", sun)};
+      PlotSeries line{fmt::format("Sun {:g}&#176;", sun)};
       for (std::size_t v = 0; v < look.sunward.size(); ++v) {
         line.points.emplace_back(sunward_deg()[v], purple_at(v));
       }
@@ -279,16 +279,16 @@ void purple_light(const Run& run) {
     excess.push_back(red);
   }
   run.write(best, "purple_light.csv");
-  const LinearAxis sun{"geometric elevation of the Sun, deg", -8, 0, 1};
-  const LinearAxis purple{"min(R, B)/G, linear Rec. 709", 0.6, 1.6, 0.1};
-  write_linear_plot(run.out / "purple_light.svg",
-                    "Purpleness of the sunward sky, its largest at 5&#176;..80&#176;", sun, purple,
-                    index);
-  write_linear_plot(run.out / "purple_excess.svg",
-                    "Red over blue (650/450 nm) against clear air's, largest at 5&#176;..80&#176;",
-                    sun, {"ratio to clear air", 0, 12, 1}, excess);
-  write_linear_plot(run.out / "purple_profile.svg", "Purpleness of the sunward sky, clean air",
-                    {"elevation above the sunward horizon, deg", 5, 80, 5}, purple, profile);
+  const PlotAxis sun{"geometric elevation of the Sun, deg", -8, 0, 1};
+  const PlotAxis purple{"min(R, B)/G, linear Rec. 709", 0.6, 1.6, 0.1};
+  write_svg_plot(run.out / "purple_light.svg",
+                 "Purpleness of the sunward sky, its largest at 5&#176;..80&#176;", sun, purple,
+                 index);
+  write_svg_plot(run.out / "purple_excess.svg",
+                 "Red over blue (650/450 nm) against clear air's, largest at 5&#176;..80&#176;",
+                 sun, {"ratio to clear air", 0, 12, 1}, excess);
+  write_svg_plot(run.out / "purple_profile.svg", "Purpleness of the sunward sky, clean air",
+                 {"elevation above the sunward horizon, deg", 5, 80, 5}, purple, profile);
 }
 
 // The antisolar vertical.
@@ -298,12 +298,12 @@ void belt(const Run& run) {
   for (const char* name : {"clear, 300 DU", "clean, 300 DU", "average, 300 DU"}) {
     if (!run.looks.contains(name)) continue;
     const std::string air = std::string(name).substr(0, 5);
-    std::vector<LinearSeries> colour;
-    std::vector<SvgSeries> light;
+    std::vector<PlotSeries> colour;
+    std::vector<PlotSeries> light;
     for (const auto& [sun, look] : run.looks.at(name)) {
       if (sun > 1 || sun < -6) continue;
-      LinearSeries c{fmt::format("Sun {:g}&#176;", sun)};
-      SvgSeries l{fmt::format("Sun {:g} deg", sun), {}, false};
+      PlotSeries c{fmt::format("Sun {:g}&#176;", sun)};
+      PlotSeries l{fmt::format("Sun {:g} deg", sun)};
       for (std::size_t v = 0; v < look.antisolar.size(); ++v) {
         c.points.emplace_back(antisolar_deg()[v], look.antisolar[v].xy[0]);
         l.points.emplace_back(antisolar_deg()[v], look.antisolar[v].luminance_cd_m2);
@@ -314,13 +314,14 @@ void belt(const Run& run) {
       colour.push_back(c);
       light.push_back(l);
     }
-    write_linear_plot(run.out / fmt::format("belt_of_venus_{}.svg", air),
-                      "Colour opposite the Sun, " + air + " air",
-                      {"elevation above the antisolar horizon, deg", 0, 60, 5},
-                      {"CIE 1931 x", 0.22, 0.44, 0.02}, colour);
+    write_svg_plot(run.out / fmt::format("belt_of_venus_{}.svg", air),
+                   "Colour opposite the Sun, " + air + " air",
+                   {"elevation above the antisolar horizon, deg", 0, 60, 5},
+                   {"CIE 1931 x", 0.22, 0.44, 0.02}, colour);
     write_svg_plot(run.out / fmt::format("antisolar_luminance_{}.svg", air),
                    "Luminance opposite the Sun, " + air + " air",
-                   "elevation above the antisolar horizon, deg", "cd/m&#178;", light);
+                   {.label = "elevation above the antisolar horizon, deg"},
+                   {.label = "cd/m&#178;", .logarithmic = true}, light);
   }
   run.write(belts, "belt_of_venus.csv");
 }

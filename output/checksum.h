@@ -1,0 +1,18 @@
+// Fingerprints of bytes.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace twilight {
+
+/// FNV-1a, 64 bits (Fowler, Noll & Vo; RFC 9923), as 16 hexadecimal digits. Finds damage and
+/// changes; no protection against intent.
+std::string fnv1a64(std::span<const std::byte> bytes);
+inline std::string fnv1a64(std::string_view text) {
+  return fnv1a64(std::as_bytes(std::span(text)));
+}
+
+}  // namespace twilight
