@@ -167,7 +167,7 @@ struct BudgetOptions {
 };
 
 struct Scene {
-  /// "draft", "standard", "high" or "reference": method "orders" and its steps (sim/quality.h),
+  /// "draft", "fair", "standard", "high" or "reference": method "orders" and its steps (sim/quality.h),
   /// already put into `solver` by load_scene().
   std::optional<std::string> quality;
   BudgetOptions budget;

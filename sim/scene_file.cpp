@@ -23,7 +23,7 @@ namespace {
 // clang-format off
 constexpr SceneKey kKeys[] = {
     {"quality", TWILIGHT_FIELD(quality),
-     "draft, standard, high, or reference: sets solver.method = orders and its steps, but for those "
+     "draft, fair, standard, high, or reference: sets solver.method = orders and its steps, but for those "
      "named beside it"},
 
     {"budget.max_relative_error", TWILIGHT_FIELD(budget.max_relative_error),

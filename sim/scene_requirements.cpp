@@ -51,7 +51,7 @@ std::vector<double> pilot_wavelengths(const std::vector<double>& all) {
 
 WeightedViews pilot_views(const WantedSky& wanted) {
   if (wanted.views.views.size() <= kMostViews) return wanted.views;
-  return hemisphere_views(6, 5);
+  return coarse_hemisphere(6, 5);
 }
 
 // Many variants of a scene side by side, each wavelength of each a lane of one medium.
@@ -153,6 +153,7 @@ class Pilot {
       : scene_(scene), known_(known), control_(control), views_(pilot_views(wanted)) {
     set_pilot_steps(scene_.solver);
     scene_.solver.polarisation = false;
+    scene_.sun.disc_average = false;  // a third of the pilot's work
     scene_.quality.reset();
     scene_.budget = {};
     scene_.spectrum.solved_nm.clear();
@@ -278,11 +279,15 @@ class Pilot {
     }
     std::vector<std::vector<double>> once;
     for (const Effect effect : {Effect::kRefractiveSpreading, Effect::kSunDisc}) {
-      if (!can_leave_out(scene_, effect)) continue;
+      if (!can_leave_out(full_, effect)) continue;
       if (once.empty()) once = single(scene_);
-      Scene without = scene_;
-      leave_out(effect, without);
-      result.effects.push_back({effect, difference(base.solar_irradiance, once, single(without))});
+      Scene other = scene_;
+      if (effect == Effect::kSunDisc) {
+        other.sun.disc_average = true;
+      } else {
+        leave_out(effect, other);
+      }
+      result.effects.push_back({effect, difference(base.solar_irradiance, once, single(other))});
     }
     std::ranges::sort(result.effects, {}, &EffectError::effect);
   }

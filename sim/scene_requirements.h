@@ -41,7 +41,7 @@ void leave_out(Effect effect, Scene& scene);
 
 /// What of the sky is asked for.
 struct WantedSky {
-  WeightedViews views = hemisphere_views();
+  WeightedViews views = coarse_hemisphere();
   bool every_sun = false;  ///< a field, which serves every Sun elevation
 };
 

@@ -11,9 +11,9 @@
 
 namespace twilight {
 
-WeightedViews hemisphere_views(int elevations, int azimuths) {
+WeightedViews coarse_hemisphere(int elevations, int azimuths) {
   if (elevations < 1 || azimuths < 2) {
-    throw std::invalid_argument("hemisphere_views needs an elevation and two azimuths");
+    throw std::invalid_argument("coarse_hemisphere needs an elevation and two azimuths");
   }
   WeightedViews result;
   const double intervals = azimuths - 1;

@@ -17,7 +17,7 @@ struct WeightedViews {
 
 /// The hemisphere: Gauss nodes in the sine of the elevation, azimuths 0..pi (skies are mirror
 /// symmetric), weights by solid angle. elevations >= 1, azimuths >= 2.
-WeightedViews hemisphere_views(int elevations = 8, int azimuths = 6);
+WeightedViews coarse_hemisphere(int elevations = 8, int azimuths = 6);
 
 /// The given views, of equal weight.
 WeightedViews listed_views(std::span<const ViewDirection> views);

@@ -103,7 +103,7 @@ int main(int argc, char** argv) try {
   if (names.empty()) {
     for (const QualityLevel& level : quality_levels()) names.emplace_back(level.name);
   }
-  const WeightedViews views = hemisphere_views();
+  const WeightedViews views = coarse_hemisphere();
   const std::vector<double> unit(nm.size(), 1.0);
   for (const char* aerosol : {"none", "continental_average"}) {
     const Solved truth = solve(aerosol, truth_steps, nm, views);
