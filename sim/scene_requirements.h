@@ -8,7 +8,7 @@
 #include "sim/run_control.h"
 #include "sim/scene.h"
 #include "sim/scene_model.h"
-#include "sim/sky_difference.h"
+#include "sim/relative_difference.h"
 
 namespace twilight {
 
@@ -62,17 +62,18 @@ struct SceneRequirements {
   /// Solar zenith angle (deg) beyond which air is neither seen nor lights what is: for
   /// solver.darkest_zenith_deg.
   double darkest_zenith_deg = 126;
+  double sun_elevation_deg = 0;  ///< geometric; of a field, the highest looked at
 };
 
 /// Error that darkest_zenith_deg leaves (tests/sim/budget_plan_test).
 inline constexpr double kDarkAirError = 5e-4;
 
 /// Estimates by a pilot: a coarse scalar solution ("orders", sim/scene_requirements.cpp has its
-/// steps) of the scene at up to four of its wavelengths, and of the scene without each effect, all
+/// steps) of the scene at up to three of its wavelengths, and of the scene without each effect, all
 /// of them side by side as if they were wavelengths; one more solution for polarisation; sunlight
 /// scattered once alone for the refractive spreading and the Sun's disc; and all wavelengths in air
 /// without aerosols for the interpolation between them, for gases have bands where aerosols are
-/// smooth. The error of an effect is the 95th percentile of sky_difference() over the wanted views
+/// smooth. The error of an effect is the 95th percentile of relative_difference() over the wanted views
 /// (all in the hemisphere, or the ones listed), the largest of the wavelengths, and, for every_sun,
 /// of Suns at 30, 5, 0, -4, -8 and -12 degrees.
 ///

@@ -15,7 +15,7 @@
 
 #include "sim/orders_sky.h"
 #include "sim/quality.h"
-#include "sim/sky_difference.h"
+#include "sim/relative_difference.h"
 
 namespace twilight {
 namespace {
@@ -116,7 +116,7 @@ int main(int argc, char** argv) try {
       const Solved level = solve(aerosol, steps_of(name), nm, views);
       fmt::print("| {} | {:.2f} |", name, level.seconds);
       for (std::size_t i = 0; i < kQualitySun_deg.size(); ++i) {
-        const SkyDifference d = sky_difference(views, unit, truth.radiance[i], level.radiance[i]);
+        const RelativeDifference d = relative_difference(views, unit, truth.radiance[i], level.radiance[i]);
         fmt::print(" {:.2g}/{:.2g}/{:.2g} |", 100 * d.mean, 100 * d.percentile_95, 100 * d.largest);
       }
       fmt::print("\n");

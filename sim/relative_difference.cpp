@@ -1,4 +1,4 @@
-#include "sim/sky_difference.h"
+#include "sim/relative_difference.h"
 
 #include <algorithm>
 #include <cmath>
@@ -33,7 +33,7 @@ WeightedViews listed_views(std::span<const ViewDirection> views) {
   return result;
 }
 
-SkyDifference sky_difference(const WeightedViews& views, std::span<const double> solar_irradiance,
+RelativeDifference relative_difference(const WeightedViews& views, std::span<const double> solar_irradiance,
                              std::span<const double> truth, std::span<const double> radiance) {
   const std::size_t V = views.views.size(), W = solar_irradiance.size();
   if (truth.size() != V * W || radiance.size() != V * W) {
@@ -45,7 +45,7 @@ SkyDifference sky_difference(const WeightedViews& views, std::span<const double>
       brightest[v] = std::max(brightest[v], truth[v * W + w] / solar_irradiance[w]);
     }
   }
-  SkyDifference result;
+  RelativeDifference result;
   std::vector<std::pair<double, double>> errors(V);  // and weight
   for (std::size_t w = 0; w < W; ++w) {
     double mean = 0;

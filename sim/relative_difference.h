@@ -22,7 +22,7 @@ WeightedViews coarse_hemisphere(int elevations = 8, int azimuths = 6);
 /// The given views, of equal weight.
 WeightedViews listed_views(std::span<const ViewDirection> views);
 
-struct SkyDifference {
+struct RelativeDifference {
   double mean = 0, percentile_95 = 0, largest = 0;
 };
 
@@ -32,7 +32,7 @@ struct SkyDifference {
 /// wavelength, is what they are measured in: a wavelength whose share of sunlight in a view is
 /// below kFaint of the view's brightest counts as if it had that, for it adds nothing to what is
 /// seen.
-SkyDifference sky_difference(const WeightedViews& views, std::span<const double> solar_irradiance,
+RelativeDifference relative_difference(const WeightedViews& views, std::span<const double> solar_irradiance,
                              std::span<const double> truth, std::span<const double> radiance);
 
 inline constexpr double kFaintShare = 1e-2;
