@@ -62,8 +62,7 @@ class Planner {
   Candidate fit(const QualityLevel& level, double budget, double allowance) const {
     Candidate c;
     c.scene = at_level(level);
-    c.scene.solver.order_tolerance =
-        std::clamp(kOrdersShare * budget, c.scene.solver.order_tolerance, 0.02);
+    leave_orders(c, kOrdersShare * budget, allowance);
     leave_dark_air(c, allowance);
     leave_wavelengths(c, kSpectralShare * allowance);
     leave_negligible(c, budget, allowance);
@@ -78,10 +77,30 @@ class Planner {
   }
 
  private:
+  // A lower top moves the levels, which at coarse steps changes the sky by more than the air above.
+  static bool may_leave_out(const Scene& scene, Effect effect) {
+    const bool above = effect == Effect::kAirAbove80 || effect == Effect::kAirAbove60;
+    return can_leave_out(scene, effect) &&
+           !(above && scene.solver.zenith_step_deg > quality_level("standard").zenith_step_deg);
+  }
+
   static void take(Candidate& c, Scene without, std::string what, double error) {
     c.scene = std::move(without);
     c.left_out.push_back({std::move(what), error});
     c.error += error;
+  }
+
+  // Of the steps' own error the level's tolerance is a part.
+  static void leave_orders(Candidate& c, double tolerance, double allowance) {
+    constexpr double kCoarsest = 0.02;
+    tolerance = std::min(tolerance, kCoarsest);
+    if (c.scene.solver.scattering_orders || tolerance <= c.scene.solver.order_tolerance ||
+        tolerance > allowance) {
+      return;
+    }
+    Scene without = c.scene;
+    without.solver.order_tolerance = tolerance;
+    take(c, without, "orders of scattering once all that follow add less", tolerance);
   }
 
   void leave_dark_air(Candidate& c, double allowance) const {
@@ -122,7 +141,7 @@ class Planner {
 
   void leave_negligible(Candidate& c, double budget, double allowance) const {
     for (const EffectError& e : required_.effects) {
-      if (!can_leave_out(c.scene, e.effect)) continue;
+      if (!may_leave_out(c.scene, e.effect)) continue;
       if (kBudgetSafety * e.error > kNegligibleShare * budget || c.error + e.error > allowance) {
         continue;
       }
@@ -139,7 +158,7 @@ class Planner {
       const EffectError* best = nullptr;
       double most = 0;
       for (const EffectError& e : required_.effects) {
-        if (!can_leave_out(c.scene, e.effect) || c.error + e.error > allowance) continue;
+        if (!may_leave_out(c.scene, e.effect) || c.error + e.error > allowance) continue;
         Scene without = c.scene;
         leave_out(e.effect, without);
         const double saving = now - cost(without);

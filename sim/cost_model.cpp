@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "sim/angular_moments.h"
+#include "sim/cell_grid.h"
 #include "sim/scene_model.h"
 #include "sim/spectral_lanes.h"
 #include "sim/zenith_grid.h"
@@ -26,15 +27,20 @@ constexpr double kMiB = 1024.0 * 1024.0;
 
 // Processor seconds on two shared cores of an AMD EPYC with AVX-512; tests/bench/cost_bench prints
 // predictions beside measurements.
-constexpr double kProcessSeconds = 0.1;
-constexpr double kSunRaysSeconds = 0.12;    // per wavelength, 512 nodes
-constexpr double kSunlitAirSeconds = 0.08;  // per wavelength, 512 nodes
-constexpr double kBeamSeconds = 1e-9;       // per sample, pair and lane
-constexpr double kAirSeconds = 1e-9;
-constexpr double kAerosolBeamSeconds = 1e-9;
-constexpr double kAerosolSeconds = 1e-10;  // and degree
-constexpr double kViewSeconds = 1.2e-3;    // per 8 wavelengths
-constexpr double kTableViews = 700;        // of an interpolated map
+constexpr double kOrdersStartSeconds = 0.35;
+constexpr double kSunlightSeconds = 0.36;  // per wavelength, 512 nodes
+constexpr double kBeamSeconds = 2.0e-10;   // per sample, pair of Sun and azimuth, and lane
+constexpr double kAerosolBeamSeconds = 1.0e-10;
+constexpr double kAirSeconds = 2.1e-9;       // the same, of light scattered before
+constexpr double kAerosolSeconds = 6.2e-10;  // and degree
+constexpr double kViewSeconds = 1.2e-3;      // per 8 wavelengths
+constexpr double kTableViews = 700;          // of an interpolated map
+constexpr double kCellsStartSeconds = 0.4;
+constexpr double kPairSeconds = 9.0e-7;     // per ring pair and lane, evaluated and passed 7 times
+constexpr double kPairAgainSeconds = 4e-7;  // per pass where the kernels are not kept
+constexpr double kPairBytes = 44;           // per lane
+constexpr double kLargestStoreBytes = 1200 * kMiB;
+constexpr double kCellViewSeconds = 3e-5;  // per 8 wavelengths
 constexpr double kProcessBytes = 24 * kMiB;
 
 struct Sizes {
@@ -86,7 +92,7 @@ RunCost predict_orders(const Scene& scene, std::size_t views) {
   const double Z = s.altitude_levels;
   const int most = s.scattering_orders.value_or(500);
   const double orders =
-      std::min<double>(most, 2 + std::max(1.0, std::log(20 * s.order_tolerance / 0.2) /
+      std::min<double>(most, 2 + std::max(2.5, std::log(20 * s.order_tolerance / 0.2) /
                                                    std::log(size.kinds > 0 ? 0.55 : 0.4)));
 
   // Rays of a level meet about as many levels as there are, and bend round by some steps.
@@ -95,10 +101,8 @@ RunCost predict_orders(const Scene& scene, std::size_t views) {
     return levels * polar * (sources + kTurns) * nodes * azimuths * size.lanes * polarisation_cost;
   };
   const double P = s.polar_directions, A = s.azimuth_directions;
-  double seconds = kProcessSeconds + size.wavelengths * phase_seconds_per_wavelength(scene);
-  const double detail = s.sunlight_nodes / 512.0;
-  seconds += size.wavelengths * (kSunRaysSeconds * detail * detail + kSunlitAirSeconds * detail) *
-             scene.atmosphere.layers / 100.0;
+  double seconds = kOrdersStartSeconds + size.wavelengths * phase_seconds_per_wavelength(scene);
+  seconds += size.wavelengths * kSunlightSeconds * s.sunlight_nodes / 512.0;
   if (orders >= 2) {
     seconds += sweep(Z, P, A, 6 * Z) * (kBeamSeconds + (size.kinds > 0 ? kAerosolBeamSeconds : 0));
   }
@@ -112,8 +116,8 @@ RunCost predict_orders(const Scene& scene, std::size_t views) {
   } else {
     seconds += std::max(0.0, orders - 2) * scattered(Z, P, A, 9);
   }
-  const double looked =
-      s.view_interpolation && views > kTableViews ? kTableViews : static_cast<double>(views);
+  const auto all_views = static_cast<double>(views);
+  const double looked = s.view_interpolation ? std::min(all_views, kTableViews) : all_views;
   seconds += looked * kViewSeconds * size.lanes / 8;
   seconds += static_cast<double>(views) * 2e-7 * size.lanes;
 
@@ -134,10 +138,34 @@ RunCost predict_orders(const Scene& scene, std::size_t views) {
 }
 
 RunCost predict_cells(const Scene& scene, std::size_t views) {
+  const SolverOptions& s = scene.solver;
+  const Sizes size = sizes_of(scene);
+  // The cells' geometry needs the layers alone.
+  Medium air;
+  air.earth_radius_km = scene.earth.radius_km.value_or(6371.0);
+  const int layers = scene.atmosphere.layers;
+  for (int i = 0; i <= layers; ++i) {
+    air.boundary_km.push_back(scene.atmosphere.top_km * i / layers);
+  }
+  CellGridOptions options;
+  options.azimuth_divisions = s.azimuth_divisions;
+  options.inner_radius_km = s.inner_radius_m * 1e-3;
+  options.observer_height_km = scene.observer.height_m * 1e-3;
+  options.active_shell_stride = s.active_shell_stride;
+  options.group_shells = s.active_shell_weighting != "rescale";
+  options.cell_height_km = s.cell_height_km;
+  const CellGrid grid(air, options);
+  const auto rings = static_cast<double>(grid.rings().size());
+  const double pairs = rings * (rings + 1) / 2 * size.lanes;
+  const double passes = s.scattering_orders.value_or(8) - 1;
+  constexpr double kPasses = 7;
   RunCost cost;
-  (void)scene;
-  (void)views;
-  cost.known = false;
+  cost.reference_seconds = kCellsStartSeconds +
+                           pairs * kPairSeconds * (0.5 + 0.5 * passes / kPasses) +
+                           static_cast<double>(views) * kCellViewSeconds * size.lanes / 8;
+  const double store = pairs * kPairBytes;
+  if (store > kLargestStoreBytes) cost.reference_seconds += passes * pairs * kPairAgainSeconds;
+  cost.peak_bytes = kProcessBytes + 11 * kMiB + std::min(store, kLargestStoreBytes);
   return cost;
 }
 
@@ -159,8 +187,8 @@ RunCost predict_run(const Scene& scene, std::size_t views) {
 
 double machine_slowness() {
   // Least of some runs: others may use the machine too.
-  constexpr double kReferenceSeconds = 1.0e-3;
-  constexpr int kRuns = 7, kRounds = 200;
+  constexpr double kReferenceSeconds = 4.0e-4;
+  constexpr int kRuns = 7, kRounds = 1000;
   std::vector<float> x(1024);
   double least = std::numeric_limits<double>::infinity();
   for (int run = 0; run < kRuns; ++run) {

@@ -144,6 +144,15 @@ SceneModel without_air_above(SceneModel model, double top_km) {
 
 double top_after(Effect effect) { return effect == Effect::kAirAbove80 ? 80.0 : 60.0; }
 
+// The levels below stay as dense as they were (they stand at top v^2 (0.6 + 0.4 v)).
+void lower_top(Scene& scene, double top_km) {
+  double v = 1;
+  while (scene.atmosphere.top_km * v * v * (0.6 + 0.4 * v) > top_km) v -= 1e-3;
+  scene.solver.altitude_levels =
+      std::max(4, static_cast<int>(std::ceil(v * scene.solver.altitude_levels)));
+  scene.atmosphere.top_km = top_km;
+}
+
 bool is_air_above(Effect effect) {
   return effect == Effect::kAirAbove80 || effect == Effect::kAirAbove60;
 }
@@ -188,14 +197,16 @@ class Pilot {
   }
 
  private:
-  // The furthest air that views reach, and that lights it: a scattering more.
+  // The furthest air that views reach, and that lights it: a scattering more; and two nodes of the
+  // zenith grid, whose steps are coarse by day, for the interpolation.
   static double darkest_zenith_deg(const SceneModel& model) {
-    constexpr double kTopKm = 70, kSpareDeg = 9;
+    constexpr double kTopKm = 70, kSpareDeg = 9, kDayStepDeg = 4, kFineFromDeg = 79;
     const double R = model.medium.earth_radius_km;
     const double height_km = model.scene.observer.height_m * 1e-3;
     const double reach = std::acos(R / (R + height_km)) + std::acos(R / (R + kTopKm));
-    const double chi = (pi / 2 - model.sun_elevation_rad + reach) / kRadPerDeg;
-    return std::clamp(std::ceil(chi + kSpareDeg), 60.0, 126.0);
+    const double lit = (pi / 2 - model.sun_elevation_rad + reach) / kRadPerDeg + kSpareDeg;
+    const double nodes = 2 * kDayStepDeg * std::clamp((kFineFromDeg + 8 - lit) / 8, 0.0, 1.0);
+    return std::clamp(std::ceil(lit + nodes), 60.0, 126.0);
   }
 
   using Look = std::function<std::vector<double>(const OrdersSky&)>;
@@ -458,7 +469,7 @@ void leave_out(Effect effect, Scene& scene) {
       break;
     case Effect::kAirAbove80:
     case Effect::kAirAbove60:
-      scene.atmosphere.top_km = std::min(scene.atmosphere.top_km, top_after(effect));
+      lower_top(scene, top_after(effect));
       break;
   }
 }

@@ -1,6 +1,7 @@
 // Seconds and errors of the quality levels: quality_bench [--truth LEVEL] [--quick] [LEVEL ...]
 //
-// Every level solves clear and continental average air over albedo 0.1, 8 wavelengths (3 with
+// Every level solves clear, continental average and urban air over albedo 0.1, 8 wavelengths (3
+// with
 // --quick), and is compared over the hemisphere with the truth: the reference level with all steps
 // refined by a third, or the level named.
 #include <fmt/format.h>
@@ -105,7 +106,7 @@ int main(int argc, char** argv) try {
   }
   const WeightedViews views = coarse_hemisphere();
   const std::vector<double> unit(nm.size(), 1.0);
-  for (const char* aerosol : {"none", "continental_average"}) {
+  for (const char* aerosol : {"none", "continental_average", "urban"}) {
     const Solved truth = solve(aerosol, truth_steps, nm, views);
     fmt::print("{}: truth {:.2f} processor seconds\n\n| level | seconds |", aerosol, truth.seconds);
     for (const double sun : kQualitySun_deg) fmt::print(" {}° |", sun);
@@ -116,7 +117,8 @@ int main(int argc, char** argv) try {
       const Solved level = solve(aerosol, steps_of(name), nm, views);
       fmt::print("| {} | {:.2f} |", name, level.seconds);
       for (std::size_t i = 0; i < kQualitySun_deg.size(); ++i) {
-        const RelativeDifference d = relative_difference(views, unit, truth.radiance[i], level.radiance[i]);
+        const RelativeDifference d =
+            relative_difference(views, unit, truth.radiance[i], level.radiance[i]);
         fmt::print(" {:.2g}/{:.2g}/{:.2g} |", 100 * d.mean, 100 * d.percentile_95, 100 * d.largest);
       }
       fmt::print("\n");
