@@ -11,6 +11,7 @@
 #include <stdexcept>
 
 #include "atmosphere/csv_line.h"
+#include "sim/quality.h"
 
 namespace twilight {
 namespace {
@@ -134,6 +135,8 @@ ParsedCommandLine parse_command_line(int argc, const char* const* argv) {
   render->add_option("-o,--output", line.output, "image to write (OpenEXR)")->capture_default_str();
   add_field(render, line);
   render->add_option("--preview", line.preview, "tone-mapped picture to write (PNG)");
+
+  render->footer(quality_table());
 
   CLI::App* radiance = add_command(app, line, Command::kRadiance, "radiance",
                                    "spectral radiance of given views, as CSV");

@@ -400,7 +400,10 @@ bool shapes_the_field(std::string_view key) {
                                         "solver.azimuth_directions",
                                         "solver.phase_degree",
                                         "solver.order_tolerance",
-                                        "solver.single_precision"};
+                                        "solver.single_precision",
+                                        "solver.coarse_orders",
+                                        "solver.sunlight_nodes",
+                                        "solver.darkest_zenith_deg"};
   if (key == "earth.radius_km") return false;  // compared as resolved
   return std::ranges::find(kKeys, key) != std::end(kKeys) ||
          std::ranges::any_of(kTables, [&](std::string_view t) { return key.starts_with(t); });

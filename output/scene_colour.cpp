@@ -7,7 +7,7 @@ namespace twilight {
 ColourIntegrator colour_integrator(const SceneModel& model, ColourObserver observer) {
   const double per_distance = 1.0 / (model.sun_distance_au * model.sun_distance_au);
   return ColourIntegrator(
-      model.medium.wavelength_nm,
+      model.scene.spectrum.wavelengths_nm,
       [&](double wavelength_nm) {
         return per_distance * solar_irradiance_w_m2_nm(model.scene.sun.spectrum, wavelength_nm);
       },

@@ -34,6 +34,8 @@
 #include "output/sky_image.h"
 #include "output/tradeoff.h"
 #include "output/tradeoff_report.h"
+#include "sim/budget_plan.h"
+#include "sim/cost_model.h"
 #include "sim/scene_file.h"
 #include "sim/scene_model.h"
 #include "sim/simd_target.h"
@@ -127,14 +129,40 @@ bool sun_in_sight(const Sky& sky) {
   return std::ranges::any_of(sky.sun_transmittance(), [](double t) { return t > 0.0; });
 }
 
+std::vector<View> views_of(const CommandLine& line) {
+  return checking_input([&] {
+    std::vector<View> all;
+    for (const std::string& text : line.views) all.push_back(parse_view(text));
+    if (line.views_file) {
+      const std::vector<View> read = read_views(*line.views_file);
+      all.insert(all.end(), read.begin(), read.end());
+    }
+    return all;
+  });
+}
+
+/// What a command looks at: the whole hemisphere, its views, or, of a field, every Sun.
+WantedSky wanted_sky(const CommandLine& line) {
+  WantedSky wanted;
+  wanted.every_sun = line.command == Command::kSolve || line.field.has_value();
+  if (line.command != Command::kRadiance || wanted.every_sun) return wanted;
+  std::vector<ViewDirection> views;
+  for (const View& view : views_of(line)) views.push_back(view.direction());
+  if (!views.empty()) wanted.views = listed_views(views);
+  return wanted;
+}
+
 /// One call of the program: what every command needs.
 struct Run {
   const CommandLine& line;
-  const Scene& scene;
+  Scene scene;
   spdlog::logger& log;
   Progress progress;
   Stopwatch clock;
   std::vector<std::pair<std::string, double>> stage_seconds;
+
+  KnownPhases phases;              ///< of the plan's pilot, for the model
+  std::optional<BudgetPlan> plan;  ///< that made the scene from what was loaded
 
   Run(const CommandLine& l, const Scene& s, spdlog::logger& g)
       : line(l), scene(s), log(g), progress(g, l.quiet) {}
@@ -155,7 +183,34 @@ struct Run {
   }
 
   SceneModel model() {
-    return timed("medium", [&] { return build_scene_model(scene); });
+    return timed("medium", [&] { return build_scene_model(scene, &phases); });
+  }
+
+  /// Chooses the settings where the scene has a budget.
+  void choose_settings() {
+    if (!scene.budget.max_relative_error && !scene.budget.max_seconds) return;
+    plan = timed("choice of settings",
+                 [&] { return plan_budget(scene, wanted_sky(line), phases, control()); });
+    scene = plan->scene;
+  }
+
+  /// Says what a long run will take; refuses one that the machine cannot hold.
+  void foretell(std::size_t views) {
+    if (line.field) return;
+    const RunCost cost = predict_run(scene, views);
+    if (!cost.known) return;
+    checking_input([&] {
+      try {
+        require_memory(scene, cost, available_bytes());
+      } catch (const std::invalid_argument& error) {
+        throw std::invalid_argument(fmt::format("{}: {}", line.scene.string(), error.what()));
+      }
+    });
+    constexpr double kLongSeconds = 3.0;
+    const double seconds = wall_seconds(cost.reference_seconds * machine_slowness(), scene);
+    if (seconds < kLongSeconds) return;
+    progress.clear();
+    log.info("predicted: about {:.0f} s and {:.0f} MiB", seconds, cost.peak_bytes / 1048576.0);
   }
 
   /// Solves the sky, or looks it up in the field the user named.
@@ -182,6 +237,9 @@ struct Run {
                 ? fmt::format("apparent {:.4f} deg", sky.apparent_sun_elevation_rad() * kDegrees)
                 : "below the horizon",
             model.sun_azimuth_rad * kDegrees));
+    if (plan) {
+      for (const auto& [label, value] : plan->figures()) row(label, value);
+    }
     for (const auto& [label, value] : sky.summary().figures) row(label, value);
     for (const auto& [label, value] : figures) row(label, value);
     for (const auto& [stage, seconds] : sky.summary().stage_seconds)
@@ -203,7 +261,8 @@ std::optional<Place> place_of(const Scene& scene) {
 
 /// Place, time, Sun, every setting and version. Threads are left out: the same sky has the same
 /// bytes however many computed it.
-ImageAttributes image_attributes(const SceneModel& model, const Sky& sky) {
+ImageAttributes image_attributes(const SceneModel& model, const Sky& sky,
+                                 const std::optional<BudgetPlan>& plan) {
   ImageAttributes attributes;
   attributes.emplace_back("software", fmt::format("twilight {}", kVersion));
   if (const auto place = place_of(model.scene)) {
@@ -221,6 +280,10 @@ ImageAttributes image_attributes(const SceneModel& model, const Sky& sky) {
   attributes.emplace_back("resolved.earth_radius_km", model.medium.earth_radius_km);
   for (const auto& [key, value] : scene_settings(model.scene))
     if (key != "solver.threads") attributes.emplace_back(key, value);
+  if (!plan) return attributes;
+  for (const auto& [label, value] : plan->attributes()) {
+    attributes.emplace_back("budget." + label, value);
+  }
   return attributes;
 }
 
@@ -255,6 +318,9 @@ void render(Run& run) {
   });
   warn_of_missing_light(run);
 
+  run.choose_settings();
+  const auto size = static_cast<std::size_t>(output.size);
+  run.foretell(size * size * (output.projection == "latlong" ? 2 : 1));
   const SceneModel model = run.model();
   const std::unique_ptr<Sky> sky = run.sky(model);
   const SkyMap map = run.timed("map", [&] {
@@ -277,7 +343,7 @@ void render(Run& run) {
   // From here on everything is written: either no file or all of them.
   run.timed("files", [&] {
     const Projection projection = projection_from_name(output.projection);
-    const ImageAttributes attributes = image_attributes(model, *sky);
+    const ImageAttributes attributes = image_attributes(model, *sky, run.plan);
     std::deque<AtomicFile> files;
     write_exr(files.emplace_back(line.output), map.colour, projection, attributes);
     if (spectral) {
@@ -303,15 +369,9 @@ double degree_of_polarisation(const StokesRadiance& light, std::size_t at) {
 }
 
 void radiance(Run& run) {
-  const std::vector<View> views = checking_input([&] {
-    std::vector<View> all;
-    for (const std::string& text : run.line.views) all.push_back(parse_view(text));
-    if (run.line.views_file) {
-      const std::vector<View> read = read_views(*run.line.views_file);
-      all.insert(all.end(), read.begin(), read.end());
-    }
-    return all;
-  });
+  const std::vector<View> views = views_of(run.line);
+  run.choose_settings();
+  run.foretell(views.size());
   const SceneModel model = run.model();
   const std::unique_ptr<Sky> sky = run.sky(model);
 
@@ -354,6 +414,9 @@ void radiance(Run& run) {
 
 void irradiance(Run& run) {
   warn_of_missing_light(run);
+  run.choose_settings();
+  constexpr std::size_t kViews = 384;
+  run.foretell(kViews);
   const SceneModel model = run.model();
   const std::unique_ptr<Sky> sky = run.sky(model);
   const Irradiance parts = run.timed("irradiance", [&] { return sky->irradiance(); });
@@ -388,6 +451,8 @@ void solve(Run& run) {
     }
     require_output(run.line.field_output, ".nc");
   });
+  run.choose_settings();
+  run.foretell(0);
   const SceneModel model = run.model();
   const FieldSky solved = solve_field(model, run.control());
   run.timed("file", [&] {
@@ -406,6 +471,7 @@ void sun(Run& run) {
   constexpr double kWavelengthNm = 550.0;
   scene.aerosols.type = "none";
   scene.aerosols.optical_depth_550nm.reset();
+  scene.spectrum.solved_nm.clear();
   if (!scene.atmosphere.optical_layers) scene.spectrum.wavelengths_nm = {kWavelengthNm};
   const SceneModel model = build_scene_model(scene);
   const Medium& medium = model.medium;
@@ -517,15 +583,27 @@ void tradeoff_rung(const CommandLine& line) {
   if (!std::cout) throw std::runtime_error("cannot write standard output");
 }
 
+bool solves(Command command) {
+  return command == Command::kRender || command == Command::kRadiance ||
+         command == Command::kIrradiance || command == Command::kSolve;
+}
+
 void run_command(const CommandLine& line, spdlog::logger& log) {
   if (line.command == Command::kTradeoffRung) return tradeoff_rung(line);
   const LoadedScene loaded = checking_input([&] { return load_scene(line.scene, line.overrides); });
+  Run run(line, loaded.scene, log);
   if (line.print_config) {
-    std::cout << to_toml(loaded.scene) << std::flush;
+    if (solves(line.command)) run.choose_settings();
+    run.progress.clear();
+    if (run.plan) {
+      for (const auto& [label, value] : run.plan->attributes()) {
+        std::cout << "# budget: " << label << ": " << value << '\n';
+      }
+    }
+    std::cout << to_toml(run.scene) << std::flush;
     if (!std::cout) throw std::runtime_error("cannot write standard output");
     return;
   }
-  Run run(line, loaded.scene, log);
   switch (line.command) {
     case Command::kRender:
       return render(run);
@@ -540,6 +618,9 @@ void run_command(const CommandLine& line, spdlog::logger& log) {
     case Command::kOptics:
       return optics(run);
     case Command::kTradeoff:
+      // Its rungs say themselves what they model.
+      run.scene.quality.reset();
+      run.scene.budget = {};
       return tradeoff(run);
     case Command::kTradeoffRung:
       return;  // needs no run

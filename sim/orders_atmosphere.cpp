@@ -17,7 +17,6 @@ namespace twilight {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr int kSunlitRows = 256;
 constexpr std::size_t kBasisNodes = 2049;
 // Refractivities, relative, that share a ray.
 constexpr double kSharedRefractivity = 0.008;
@@ -44,6 +43,9 @@ OrdersOptions orders_options(const SceneModel& model) {
   options.disc_average = disc_averaged(scene);
   options.sun_distance_au = model.sun_distance_au;
   options.ground_light = solver.ground_light;
+  options.coarse_orders = solver.coarse_orders;
+  options.darkest_zenith_deg = solver.darkest_zenith_deg;
+  options.sunlight_nodes = solver.sunlight_nodes;
   return options;
 }
 
@@ -68,6 +70,8 @@ OrdersAtmosphere::OrdersAtmosphere(const SceneModel& model,
   if (field) require_fit();
   DirectSunlightOptions exact;
   exact.exact = true;
+  exact.angle_nodes = options.sunlight_nodes;
+  exact.altitude_nodes = options.sunlight_nodes * 3 / 8;
   exact.refractive_spreading = model.scene.atmosphere.refractive_spreading;
   sunlight = std::make_unique<DirectSunlight>(optics.truncated, exact);
   timed("direct sunlight");
@@ -79,7 +83,7 @@ OrdersAtmosphere::OrdersAtmosphere(const SceneModel& model,
   // Beyond the topmost shadow all is night.
   constexpr double kDiscAndSpare_rad = 0.03;
   sunlit = std::make_unique<SunlitAir>(
-      *sunlight, options, medium.wavelength_nm, medium.top_km(), kSunlitRows, 0.0,
+      *sunlight, options, medium.wavelength_nm, medium.top_km(), options.sunlight_nodes / 2, 0.0,
       std::min(std::numbers::pi, sunlight->shadow_zenith_rad(medium.top_km()) + kDiscAndSpare_rad));
   phase = std::make_unique<PhaseTable>(kinds, optics, options, false);
   truncated_phase = std::make_unique<PhaseTable>(kinds, optics, options, true);

@@ -63,7 +63,7 @@ OrdersGrid<T>::OrdersGrid(const OrdersMedium& medium, double zenith_step_deg,
       stokes(with_polarisation ? 3 : 1),
       lanes(medium.lanes) {
   const std::vector<double>& chi = zenith.zenith_rad();
-  const double darkest = kDarkestZenith_deg * pi / 180;
+  const double darkest = medium.darkest_zenith_deg * pi / 180;
   nodes = static_cast<std::size_t>(std::ranges::upper_bound(chi, darkest) - chi.begin());
   nodes = std::clamp<std::size_t>(nodes + 1, std::min<std::size_t>(4, chi.size()), chi.size());
   if (moment_degree > 0) {

@@ -9,10 +9,6 @@
 
 namespace twilight {
 
-/// Nodes beyond this solar zenith angle are night: what light is scattered there is below 1e-12 of
-/// the day's.
-inline constexpr double kDarkestZenith_deg = 126;
-
 /// Up to this solar zenith angle no ray from the node comes near the Earth's shadow.
 inline constexpr double kDayZenith_deg = 60;
 

@@ -12,6 +12,7 @@ OrdersMedium make_orders_medium(const Medium& medium, std::span<const double> gr
   const std::size_t lanes = padded_lanes(medium.wavelengths());
   const std::size_t layers = medium.layers(), wavelengths = medium.wavelengths();
   result.lanes = lanes;
+  result.darkest_zenith_deg = options.darkest_zenith_deg;
   result.truncated = medium;
   const AerosolKinds kinds = aerosol_kinds(medium);
   if (!kinds.scattering_per_km.empty()) result.degree = options.phase_degree;

@@ -20,10 +20,14 @@ struct OrdersMedium {
   std::vector<double> anisotropic_share;  ///< Delta = (1 - rho) / (1 + rho / 2) of air, [lane]
   std::vector<double> ground_albedo;      ///< [lane]
   double aerosol_top_km = 0;
+  /// Nodes beyond this solar zenith angle are night; at 126 degrees what light is scattered is
+  /// below 1e-12 of the day's.
+  double darkest_zenith_deg = 126;
   std::size_t lanes = 0;
 };
 
-/// ground_albedo: per wavelength; of the options, phase_degree: at which aerosols are truncated.
+/// ground_albedo: per wavelength; of the options, phase_degree (at which aerosols are truncated)
+/// and darkest_zenith_deg.
 /// Throws std::invalid_argument where a kind's coefficients do not add up to the aerosol's.
 OrdersMedium make_orders_medium(const Medium& medium, std::span<const double> ground_albedo,
                                 const OrdersOptions& options);

@@ -22,6 +22,10 @@ struct OrdersOptions {
   bool ground_light = true;
   /// Light scattered three times or more on half the levels and coarser directions.
   bool coarse_orders = true;
+  /// Nodes beyond this solar zenith angle are night.
+  double darkest_zenith_deg = 126.0;
+  /// Angles of the exact sunlight, and half as many altitudes of the observer's sunlit air.
+  int sunlight_nodes = 512;
 };
 
 }  // namespace twilight

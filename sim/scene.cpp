@@ -10,6 +10,7 @@
 #include <stdexcept>
 #include <string_view>
 
+#include "sim/quality.h"
 #include "solar/solar_spectrum.h"
 #include "solar/time_point.h"
 
@@ -247,6 +248,40 @@ void check_spectrum(const Scene& scene, Checker& check) {
   }
 }
 
+void check_solved_wavelengths(const SpectrumOptions& spectrum, Checker& check) {
+  constexpr std::string_view kKey = "spectrum.solved_nm";
+  const std::vector<double>&solved = spectrum.solved_nm, &all = spectrum.wavelengths_nm;
+  if (solved.empty() || check.failed()) return;
+  if (solved.front() != all.front() || solved.back() != all.back()) {
+    check.fail(kKey,
+               fmt::format("= {}..{}: must begin and end with spectrum.wavelengths_nm, {}..{}",
+                           solved.front(), solved.back(), all.front(), all.back()));
+  }
+  for (std::size_t i = 0; i < solved.size(); ++i) {
+    const bool known = std::ranges::find(all, solved[i]) != all.end();
+    if (known && (i == 0 || solved[i] > solved[i - 1])) continue;
+    check.fail(kKey,
+               fmt::format("= {} (value {} of {}): must be one of spectrum.wavelengths_nm and "
+                           "above the value before it",
+                           solved[i], i + 1, solved.size()));
+  }
+}
+
+void check_budget(const Scene& scene, Checker& check) {
+  const BudgetOptions& budget = scene.budget;
+  check.range("budget.max_relative_error", budget.max_relative_error, 0.001, 0.5);
+  check.range("budget.max_seconds", budget.max_seconds, 0.1, 1e6);
+  if (!scene.quality) return;
+  std::vector<std::string_view> names;
+  for (const QualityLevel& level : quality_levels()) names.push_back(level.name);
+  check.one_of("quality", *scene.quality, names);
+  if (budget.max_relative_error || budget.max_seconds) {
+    check.fail("quality", fmt::format("= \"{}\": must not be given together with [budget], which "
+                                      "chooses it",
+                                      *scene.quality));
+  }
+}
+
 void check_solver(const Scene& scene, Checker& check) {
   const SolverOptions& solver = scene.solver;
   check.one_of("solver.method", solver.method, {"cells", "orders", "monte-carlo"});
@@ -281,6 +316,8 @@ void check_solver(const Scene& scene, Checker& check) {
   check.range("solver.azimuth_directions", solver.azimuth_directions, 4, 64);
   check.range("solver.phase_degree", solver.phase_degree, 2, 64);
   check.range("solver.order_tolerance", solver.order_tolerance, 1e-8, 0.1);
+  check.range("solver.sunlight_nodes", solver.sunlight_nodes, 64, 2048);
+  check.range("solver.darkest_zenith_deg", solver.darkest_zenith_deg, 60.0, 130.0);
   check.range("solver.target_relative_error", solver.target_relative_error, 1e-5, 1.0);
   check.range("solver.photons", solver.photons, 100.0, 1e10);
   check.range("solver.seed", solver.seed, 0, std::numeric_limits<int>::max());
@@ -318,12 +355,20 @@ bool mie_phase(const Scene& scene) {
   return scene.solver.method != "cells";
 }
 
+std::optional<SceneProblem> validate_quality(const Scene& scene) {
+  Checker check;
+  check_budget(scene, check);
+  return check.take();
+}
+
 std::optional<SceneProblem> validate(const Scene& scene) {
   Checker check;
   check_sun(scene, check);
   check_medium(scene, check);
   check_spectrum(scene, check);
+  check_solved_wavelengths(scene.spectrum, check);
   check_solver(scene, check);
+  check_budget(scene, check);
   check_output(scene.output, check);
   return check.take();
 }

@@ -82,12 +82,18 @@ struct AerosolOptions {
   /// "mie" (the mixture's scattering matrix, with polarisation) or "henyey-greenstein". Unset:
   /// "mie", "henyey-greenstein" for "cells", which know no other, and for optical_layers.
   std::optional<std::string> phase;
+  /// Which of the type's layers take part: the mixing layer, the free troposphere above it (to
+  /// 12 km) and the stratosphere (12..35 km). optical_depth_550nm is that of all of them.
+  bool mixing_layer = true, free_troposphere = true, stratosphere = true;
 };
 
 struct SpectrumOptions {
   /// Strictly increasing, 280..1000 nm, 1..64 of them.
   std::vector<double> wavelengths_nm = {380, 410, 440, 470, 500, 530, 560, 590,
                                         620, 650, 680, 710, 740, 760, 780};
+  /// Those of wavelengths_nm that are solved, its first and last among them; the others are
+  /// interpolated (SpectralSky). Empty: all.
+  std::vector<double> solved_nm;
 };
 
 struct SolverOptions {
@@ -127,6 +133,12 @@ struct SolverOptions {
   int phase_degree = 24;          ///< of the aerosol phase function in multiple scattering, 2..64
   double order_tolerance = 1e-3;  ///< stop when the orders left add less, relative, 1e-8..0.1
   bool single_precision = true;   ///< the field in float; false = double
+  /// Light scattered twice on fewer directions, three times or more on half the levels too.
+  bool coarse_orders = true;
+  int sunlight_nodes = 512;  ///< angles at which the bending of sunlight is traced, 64..2048
+  /// Solar zenith angle beyond which the field is night, 60..130; 126: 1e-12 of the day's light.
+  /// What is darker is not seen by an observer under a higher Sun.
+  double darkest_zenith_deg = 126.0;
   /// Maps interpolate between directions chosen for 0.1 % (99.9 % of them; 0.5 % at worst); false:
   /// every pixel is gathered. Single views always are.
   bool view_interpolation = true;
@@ -149,7 +161,18 @@ struct OutputOptions {
   bool sun_disc = false;                    ///< draw the solar disc (attenuated direct radiance)
 };
 
+/// How much error, or how many seconds, the user can afford: the program then chooses method and
+/// settings and what it leaves out (sim/budget_plan.h).
+struct BudgetOptions {
+  std::optional<double> max_relative_error;  ///< 0.001..0.5, of radiance, see scene_requirements.h
+  std::optional<double> max_seconds;         ///< 0.1..1e6
+};
+
 struct Scene {
+  /// "draft", "fair", "standard", "high" or "reference": method "orders" and its steps (sim/quality.h),
+  /// already put into `solver` by load_scene().
+  std::optional<std::string> quality;
+  BudgetOptions budget;
   ObserverOptions observer;
   SunOptions sun;
   EarthOptions earth;
@@ -180,5 +203,7 @@ bool mie_phase(const Scene& scene);
 /// The first thing wrong with the scene, or nothing. Checks every range given
 /// above and the rules that join keys (place or elevation, not both).
 std::optional<SceneProblem> validate(const Scene& scene);
+/// Of its quality and budget alone.
+std::optional<SceneProblem> validate_quality(const Scene& scene);
 
 }  // namespace twilight

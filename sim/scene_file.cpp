@@ -13,6 +13,7 @@
 #include <stdexcept>
 
 #include "atmosphere/optical_layers.h"
+#include "sim/quality.h"
 
 namespace twilight {
 namespace {
@@ -21,6 +22,16 @@ namespace {
 
 // clang-format off
 constexpr SceneKey kKeys[] = {
+    {"quality", TWILIGHT_FIELD(quality),
+     "draft, fair, standard, high, or reference: sets solver.method = orders and its steps, but for those "
+     "named beside it"},
+
+    {"budget.max_relative_error", TWILIGHT_FIELD(budget.max_relative_error),
+     "0.001..0.5: what the sky's radiance may be wrong by; the program chooses the settings and "
+     "leaves out what cannot matter"},
+    {"budget.max_seconds", TWILIGHT_FIELD(budget.max_seconds),
+     "0.1..1e6 seconds that the run may take; depends on the machine"},
+
     {"observer.latitude_deg", TWILIGHT_FIELD(observer.latitude_deg),
      "degrees north (geodetic, WGS84), -90..90"},
     {"observer.longitude_deg", TWILIGHT_FIELD(observer.longitude_deg),
@@ -94,9 +105,18 @@ constexpr SceneKey kKeys[] = {
     {"aerosols.phase", TWILIGHT_FIELD(aerosols.phase),
      "mie (the mixture's scattering matrix, polarised), or henyey-greenstein; auto: mie, "
      "henyey-greenstein for cells and optical_layers, which know no other", "auto"},
+    {"aerosols.mixing_layer", TWILIGHT_FIELD(aerosols.mixing_layer),
+     "whether the lowest aerosol layer takes part, true or false"},
+    {"aerosols.free_troposphere", TWILIGHT_FIELD(aerosols.free_troposphere),
+     "whether the aerosol above it, to 12 km, takes part"},
+    {"aerosols.stratosphere", TWILIGHT_FIELD(aerosols.stratosphere),
+     "whether the aerosol at 12..35 km takes part"},
 
     {"spectrum.wavelengths_nm", TWILIGHT_FIELD(spectrum.wavelengths_nm),
      "1..64 wavelengths, strictly increasing within 280..1000 nm"},
+    {"spectrum.solved_nm", TWILIGHT_FIELD(spectrum.solved_nm),
+     "those of wavelengths_nm that are solved, its first and last among them; the others are "
+     "interpolated; [] = all"},
 
     {"solver.method", TWILIGHT_FIELD(solver.method),
      "cells (the paper's exchange between cells around the observer), orders (the reference: "
@@ -141,6 +161,12 @@ constexpr SceneKey kKeys[] = {
      "orders: stop when the orders left add less than this share, 1e-8..0.1"},
     {"solver.single_precision", TWILIGHT_FIELD(solver.single_precision),
      "orders: the field in single precision, true, or in double, false"},
+    {"solver.coarse_orders", TWILIGHT_FIELD(solver.coarse_orders),
+     "orders: light scattered twice on fewer directions, three times or more on half the levels too"},
+    {"solver.sunlight_nodes", TWILIGHT_FIELD(solver.sunlight_nodes),
+     "orders: angles at which the bending of sunlight is traced, 64..2048"},
+    {"solver.darkest_zenith_deg", TWILIGHT_FIELD(solver.darkest_zenith_deg),
+     "orders: solar zenith angle beyond which the field is night, 60..130 degrees"},
     {"solver.view_interpolation", TWILIGHT_FIELD(solver.view_interpolation),
      "orders: maps interpolated between directions chosen for an error below 0.1 %, true, or every "
      "pixel gathered, false"},
@@ -175,8 +201,15 @@ struct Overloaded : F... {
 template <class... F>
 Overloaded(F...) -> Overloaded<F...>;
 
-std::string_view table_of(std::string_view key) { return key.substr(0, key.find('.')); }
-std::string_view leaf_of(std::string_view key) { return key.substr(key.find('.') + 1); }
+// Keys without a point stand above the tables.
+std::string_view table_of(std::string_view key) {
+  return key.substr(0, key.find('.') == std::string_view::npos ? 0 : key.find('.'));
+}
+constexpr std::string_view kOverride = "--set ";
+
+std::string_view leaf_of(std::string_view key) {
+  return key.substr(key.find('.') + 1);
+}  // npos + 1 = 0
 
 const SceneKey* find_key(std::string_view name) {
   const auto it = std::ranges::find(kKeys, name, &SceneKey::name);
@@ -184,7 +217,8 @@ const SceneKey* find_key(std::string_view name) {
 }
 
 bool is_table(std::string_view name) {
-  return std::ranges::any_of(kKeys, [&](const SceneKey& k) { return table_of(k.name) == name; });
+  return !name.empty() &&
+         std::ranges::any_of(kKeys, [&](const SceneKey& k) { return table_of(k.name) == name; });
 }
 
 std::size_t edit_distance(std::string_view a, std::string_view b) {
@@ -224,7 +258,7 @@ std::string table_list() {
   std::string list;
   std::string_view last;
   for (const SceneKey& key : kKeys) {
-    if (table_of(key.name) == last) continue;
+    if (table_of(key.name).empty() || table_of(key.name) == last) continue;
     last = table_of(key.name);
     list += fmt::format("{}[{}]", list.empty() ? "" : " ", last);
   }
@@ -387,6 +421,10 @@ void read_text(LoadedScene& loaded, const std::string& text, const std::string& 
       return fmt::format("{}:{}", name, key.source().begin.line);
     };
     const toml::table* table = table_node.as_table();
+    if (const SceneKey* key = find_key(table_key); key != nullptr && table == nullptr) {
+      assign_named(loaded, table_key, table_node, line_of(table_name));
+      continue;
+    }
     if (table == nullptr && !is_table(table_key)) {
       refuse(line_of(table_name), table_key,
              fmt::format("= {}: unknown key outside the tables {}{}", shown(table_node),
@@ -414,7 +452,7 @@ void read_file(LoadedScene& loaded) {
 }
 
 void apply_override(LoadedScene& loaded, const std::string& assignment) {
-  std::string origin = "--set " + assignment;
+  std::string origin = std::string(kOverride) + assignment;
   std::ranges::replace(origin, '\n', ' ');  // complaints stay on one line
   const std::size_t equals = assignment.find('=');
   if (equals == std::string::npos || equals == 0 || equals + 1 == assignment.size()) {
@@ -468,6 +506,36 @@ void resolve_optical_layers(LoadedScene& loaded) {
   if (!scene.atmosphere.depolarisation) scene.atmosphere.depolarisation = 0.0;
 }
 
+bool overridden(const LoadedScene& loaded, std::string_view key) {
+  const auto it = loaded.origin.find(key);
+  return it != loaded.origin.end() && it->second.starts_with(kOverride);
+}
+
+// A quality or a budget sets the method and its steps, but for the keys that the same file (or
+// command line) names.
+void resolve_quality(LoadedScene& loaded) {
+  Scene& scene = loaded.scene;
+  const bool planned = scene.budget.max_relative_error || scene.budget.max_seconds;
+  if (!planned && !scene.quality) return;
+  if (const auto problem = validate_quality(scene)) {
+    throw std::invalid_argument(loaded.complaint(problem->key, problem->message));
+  }
+  const std::string_view asking = scene.quality                     ? "quality"
+                                  : scene.budget.max_relative_error ? "budget.max_relative_error"
+                                                                    : "budget.max_seconds";
+  const bool from_line = overridden(loaded, asking);
+  const auto free = [&](std::string_view key) {
+    return from_line ? !overridden(loaded, key) : !loaded.origin.contains(key);
+  };
+  if (!free("solver.method") && scene.solver.method != "orders") {
+    throw std::invalid_argument(loaded.complaint(
+        "solver.method", fmt::format("= \"{}\": must be \"orders\" or left out where {} is given",
+                                     scene.solver.method, asking)));
+  }
+  scene.solver.method = "orders";
+  if (scene.quality) apply_quality(quality_level(*scene.quality), free, scene.solver);
+}
+
 std::string value_text(const SceneField& field) {
   return std::visit(Overloaded{
                         [](const double* value) { return fmt::format("{}", *value); },
@@ -517,6 +585,7 @@ LoadedScene load_scene(const std::filesystem::path& file, std::span<const std::s
   loaded.file = file;
   read_file(loaded);
   for (const std::string& assignment : overrides) apply_override(loaded, assignment);
+  resolve_quality(loaded);
   if (loaded.scene.atmosphere.optical_layers) resolve_optical_layers(loaded);
 
   const Scene& scene = loaded.scene;
@@ -542,7 +611,7 @@ std::string to_toml(const Scene& scene) {
   std::string text;
   std::string_view table;
   for (const SceneKey& key : kKeys) {
-    if (table_of(key.name) != table) {
+    if (table_of(key.name) != table && !table_of(key.name).empty()) {
       table = table_of(key.name);
       text += fmt::format("{}[{}]\n", text.empty() ? "" : "\n", table);
     }

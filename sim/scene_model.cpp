@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numbers>
 #include <stdexcept>
 #include <utility>
@@ -14,6 +15,7 @@
 #include "sim/cell_sky.h"
 #include "sim/monte_carlo_sky.h"
 #include "sim/orders_sky.h"
+#include "sim/spectral_sky.h"
 #include "solar/place.h"
 #include "solar/solar_spectrum.h"
 #include "solar/sun_position.h"
@@ -61,6 +63,17 @@ void add_aerosols(Medium& medium, const std::vector<AerosolLayer>& aerosols, dou
   }
 }
 
+// Takes the particles out of the layers (three, or none) that the scene leaves out. The layers
+// stay, so that the air is divided alike.
+void empty_layers(const AerosolOptions& options, std::vector<AerosolLayer>& aerosols) {
+  const bool kept[] = {options.mixing_layer, options.free_troposphere, options.stratosphere};
+  for (std::size_t k = 0; k < aerosols.size(); ++k) {
+    if (kept[k]) continue;
+    std::ranges::fill(aerosols[k].scattering_per_km, 0.0);
+    std::ranges::fill(aerosols[k].absorption_per_km, 0.0);
+  }
+}
+
 // The ground's reflectance at a wavelength: linear between the given ones, constant beyond.
 double ground_albedo_at(const EarthOptions& earth, double wavelength_nm) {
   const std::vector<double>& at = earth.albedo_wavelengths_nm;
@@ -76,7 +89,30 @@ double ground_albedo_at(const EarthOptions& earth, double wavelength_nm) {
 
 }  // namespace
 
-SceneModel build_scene_model(const Scene& scene) {
+std::vector<std::vector<PhaseMatrix>> KnownPhases::phases(const std::string& type,
+                                                          double relative_humidity_percent,
+                                                          std::span<const double> wavelength_nm) {
+  auto& known = known_[{type, relative_humidity_percent}];
+  std::vector<double> unknown;
+  std::ranges::copy_if(wavelength_nm, std::back_inserter(unknown),
+                       [&](double nm) { return !known.contains(nm); });
+  auto computed = opac_aerosol_phases(type, relative_humidity_percent, unknown);
+  for (std::size_t w = 0; w < unknown.size(); ++w) {
+    std::vector<PhaseMatrix>& layers = known[unknown[w]];
+    for (auto& layer : computed) layers.push_back(std::move(layer[w]));
+  }
+  std::vector<std::vector<PhaseMatrix>> result(computed.size());
+  for (std::size_t k = 0; k < result.size(); ++k) {
+    for (const double nm : wavelength_nm) result[k].push_back(known[nm][k]);
+  }
+  return result;
+}
+
+const std::vector<double>& solved_wavelengths_nm(const SpectrumOptions& spectrum) {
+  return spectrum.solved_nm.empty() ? spectrum.wavelengths_nm : spectrum.solved_nm;
+}
+
+SceneModel build_scene_model(const Scene& scene, KnownPhases* known) {
   if (const auto problem = validate(scene)) {
     throw std::invalid_argument("key '" + problem->key + "' " + problem->message);
   }
@@ -97,14 +133,14 @@ SceneModel build_scene_model(const Scene& scene) {
     model.sun_azimuth_rad = scene.sun.azimuth_deg * kRadPerDeg;
   }
 
-  const auto& wavelengths = scene.spectrum.wavelengths_nm;
+  const auto& wavelengths = solved_wavelengths_nm(scene.spectrum);
   const bool centre = scene.atmosphere.layer_optics == "centre";
   if (scene.atmosphere.optical_layers) {
     model.medium = read_optical_layers(*scene.atmosphere.optical_layers, radius_km, wavelengths,
                                        scene.atmosphere.depolarisation.value_or(0.0));
   } else {
-    const auto aerosols = opac_aerosol_layers(
-        scene.aerosols.type, scene.aerosols.relative_humidity_percent, wavelengths);
+    auto aerosols = opac_aerosol_layers(scene.aerosols.type,
+                                        scene.aerosols.relative_humidity_percent, wavelengths);
     AirOptions air;
     air.profile = scene.atmosphere.profile;
     air.top_km = scene.atmosphere.top_km;
@@ -133,10 +169,13 @@ SceneModel build_scene_model(const Scene& scene) {
       }
       factor = *scene.aerosols.optical_depth_550nm / depth;
     }
+    empty_layers(scene.aerosols, aerosols);
+    KnownPhases own;
     add_aerosols(model.medium, aerosols, factor, centre,
                  mie_phase(scene)
-                     ? opac_aerosol_phases(scene.aerosols.type,
-                                           scene.aerosols.relative_humidity_percent, wavelengths)
+                     ? (known != nullptr ? *known : own)
+                           .phases(scene.aerosols.type, scene.aerosols.relative_humidity_percent,
+                                   wavelengths)
                      : std::vector<std::vector<PhaseMatrix>>());
   }
   for (const double nm : wavelengths) {
@@ -155,6 +194,18 @@ SceneModel build_scene_model(const Scene& scene) {
 
 namespace {
 
+// The sky at all of the scene's wavelengths where only some were solved.
+std::unique_ptr<Sky> with_every_wavelength(const SceneModel& model, std::unique_ptr<Sky> solved) {
+  const std::vector<double>& wanted = model.scene.spectrum.wavelengths_nm;
+  if (model.medium.wavelength_nm.size() == wanted.size()) return solved;
+  std::vector<double> sun;
+  for (const double nm : wanted) {
+    sun.push_back(solar_irradiance_w_m2_nm(model.scene.sun.spectrum, nm) /
+                  (model.sun_distance_au * model.sun_distance_au));
+  }
+  return std::make_unique<SpectralSky>(std::move(solved), wanted, std::move(sun));
+}
+
 void require_orders(const SceneModel& model) {
   if (model.scene.solver.method == "orders") return;
   throw std::invalid_argument(
@@ -168,21 +219,27 @@ FieldSky solve_field(const SceneModel& model, const RunControl& control) {
   require_orders(model);
   auto sky = std::make_unique<OrdersSky>(model, control);
   auto field = sky->field();
-  return {std::move(sky), std::move(field)};
+  return {with_every_wavelength(model, std::move(sky)), std::move(field)};
 }
 
 FieldSky sky_from_field(const SceneModel& model, std::shared_ptr<const OrdersField> field,
                         const RunControl& control) {
   require_orders(model);
   auto sky = std::make_unique<OrdersSky>(model, field, control);
-  return {std::move(sky), std::move(field)};
+  return {with_every_wavelength(model, std::move(sky)), std::move(field)};
 }
 
 std::unique_ptr<Sky> solve_sky(const SceneModel& model, const RunControl& control) {
   const std::string& method = model.scene.solver.method;
-  if (method == "orders") return std::make_unique<OrdersSky>(model, control);
-  if (method == "monte-carlo") return std::make_unique<MonteCarloSky>(model, control);
-  return std::make_unique<CellSky>(model, control);
+  std::unique_ptr<Sky> sky;
+  if (method == "orders") {
+    sky = std::make_unique<OrdersSky>(model, control);
+  } else if (method == "monte-carlo") {
+    sky = std::make_unique<MonteCarloSky>(model, control);
+  } else {
+    sky = std::make_unique<CellSky>(model, control);
+  }
+  return with_every_wavelength(model, std::move(sky));
 }
 
 }  // namespace twilight

@@ -1,10 +1,15 @@
 // A scene made physical: Sun, local Earth radius, optical medium.
 #pragma once
 
+#include <map>
 #include <memory>
+#include <span>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "atmosphere/medium.h"
+#include "atmosphere/phase_matrix.h"
 #include "sim/orders_field.h"
 #include "sim/run_control.h"
 #include "sim/scene.h"
@@ -26,9 +31,27 @@ struct SceneModel {
   std::vector<double> solar_irradiance;  ///< at the actual distance, W m^-2 nm^-1, per wavelength
 };
 
-/// Resolves a valid scene. Throws std::invalid_argument (value and range named) where
+/// Scattering matrices computed before, for scenes that share aerosols and wavelengths: they are
+/// what a model takes longest for.
+class KnownPhases {
+ public:
+  /// As opac_aerosol_phases(), of which it computes what it does not hold.
+  std::vector<std::vector<PhaseMatrix>> phases(const std::string& type,
+                                               double relative_humidity_percent,
+                                               std::span<const double> wavelength_nm);
+
+ private:
+  using State = std::pair<std::string, double>;
+  std::map<State, std::map<double, std::vector<PhaseMatrix>>> known_;  // [wavelength][layer]
+};
+
+/// Wavelengths that are solved: spectrum.solved_nm, or all.
+const std::vector<double>& solved_wavelengths_nm(const SpectrumOptions& spectrum);
+
+/// Resolves a valid scene. The medium has the wavelengths that are solved, and of `known` those
+/// phases that it holds. Throws std::invalid_argument (value and range named) where
 /// the scene asks for what the tables do not hold, std::runtime_error on file errors.
-SceneModel build_scene_model(const Scene& scene);
+SceneModel build_scene_model(const Scene& scene, KnownPhases* known = nullptr);
 
 /// Solves the sky with the scene's solver.method. Throws Cancelled when stopped.
 std::unique_ptr<Sky> solve_sky(const SceneModel& model, const RunControl& control = {});
