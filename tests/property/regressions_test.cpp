@@ -155,7 +155,10 @@ TEST(Regression, OpaqueLayerOverClearAirIsNoLamp) {
     m.air_scattering_per_km(1, 0) = per_km;
     drawn.layers = m;
     expect_lawful(drawn);
-    const DirectSunlight sunlight(m, {});
+    // Without the table over altitudes, whose rows stand 0.3 km apart there.
+    DirectSunlightOptions exact;
+    exact.exact = true;
+    const DirectSunlight sunlight(m, exact);
     const double vertical = per_km * (m.boundary_km[2] - m.boundary_km[1]);
     std::vector<float> depth(sunlight.lanes());
     for (double height_km = 0; height_km < 39; height_km += 1.3) {
