@@ -30,6 +30,16 @@ struct Cubic {
           t * (t - 1) * (t - 2) / 6} {}
 };
 
+// Lagrange's cubic through four values of a monotonic function, between those next to t (0..3), as
+// the function is: where a thin opaque layer lies on a clear one the cubic would swing below 0.
+double monotonic_cubic(double t, const float* value) {
+  const Cubic c(t);
+  const auto k = static_cast<std::size_t>(std::clamp(t, 0.0, 2.0));
+  const double least = std::min(value[k], value[k + 1]), most = std::max(value[k], value[k + 1]);
+  return std::clamp(c.w[0] * value[0] + c.w[1] * value[1] + c.w[2] * value[2] + c.w[3] * value[3],
+                    least, most);
+}
+
 // First of the four nodes about a position in a row of n.
 std::size_t stencil(double position, std::size_t n) {
   const auto cell = static_cast<std::size_t>(std::max(position, 0.0));
@@ -219,18 +229,14 @@ double SunRays::depth_above(std::size_t row, std::size_t perigee_shell, double p
     const double cosine = x_km(shell_[0].v_km, perigee_v) / ground;
     const double f = std::sqrt(std::min(cosine, 1.0)) * kSteep;
     const std::size_t i = stencil(f, kSteep + 1);
-    const Cubic c(f - static_cast<double>(i));
-    const float* t = &steep_[row * (kSteep + 1) + i];
-    return c.w[0] * t[0] + c.w[1] * t[1] + c.w[2] * t[2] + c.w[3] * t[3];
+    return monotonic_cubic(f - static_cast<double>(i), &steep_[row * (kSteep + 1) + i]);
   }
   const Shell& s = shell_[perigee_shell];
   const double top = shell_[perigee_shell + 1].v_km;
   const double q = std::sqrt(std::clamp((top - perigee_v) / (top - s.v_km), 0.0, 1.0));
-  const Cubic c((1 - q) * kPerShell);
   const std::size_t width = (shell_.size() - 1) * kPerShell + 1;
-  const float* t = &grazing_[row * width + perigee_shell * kPerShell];
   static_assert(kPerShell == 3);
-  return c.w[0] * t[0] + c.w[1] * t[1] + c.w[2] * t[2] + c.w[3] * t[3];
+  return monotonic_cubic((1 - q) * kPerShell, &grazing_[row * width + perigee_shell * kPerShell]);
 }
 
 double SunRays::shadow_zenith_rad(double altitude_km) const {

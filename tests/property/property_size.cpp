@@ -1,7 +1,5 @@
 #include "property_size.h"
 
-#include <rapidcheck.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -21,15 +19,9 @@ std::size_t scene_count(std::size_t ci) {
       std::max(1.0, std::round(static_cast<double>(ci) * std::stod(factor))));
 }
 
-std::vector<Scene> draw_scenes(std::size_t n, const std::function<Scene()>& draw) {
+std::uint64_t scene_seed() {
   const char* seed = std::getenv("TWILIGHT_PROPERTY_SEED");
-  rc::Random random(seed == nullptr ? 20031208 : std::stoull(seed));
-  const auto generator = rc::gen::exec(draw);
-  std::vector<Scene> scenes;
-  for (std::size_t i = 0; i < n; ++i) {
-    scenes.push_back(generator(random.split(), rc::kNominalSize).value());
-  }
-  return scenes;
+  return seed == nullptr ? 20031208 : std::stoull(seed);
 }
 
 }  // namespace twilight

@@ -1,11 +1,12 @@
 // How many scenes a property test draws: CI or nightly.
 #pragma once
 
-#include <cstddef>
-#include <functional>
-#include <vector>
+#include <rapidcheck.h>
 
-#include "sim/scene.h"
+#include <cstddef>
+#include <cstdint>
+#include <type_traits>
+#include <vector>
 
 namespace twilight {
 
@@ -15,7 +16,19 @@ bool nightly();
 /// Scenes of a test whose CI size is `ci`: TWILIGHT_PROPERTY_SCENES, a factor, scales it.
 std::size_t scene_count(std::size_t ci);
 
-/// n scenes from RapidCheck's generators. The seed is fixed; TWILIGHT_PROPERTY_SEED draws others.
-std::vector<Scene> draw_scenes(std::size_t n, const std::function<Scene()>& draw);
+/// Of the random scenes; fixed unless TWILIGHT_PROPERTY_SEED sets it.
+std::uint64_t scene_seed();
+
+/// n scenes, whatever `draw` makes of RapidCheck's generators.
+template <class Draw>
+auto draw_scenes(std::size_t n, const Draw& draw) {
+  rc::Random random(scene_seed());
+  const auto generator = rc::gen::exec(draw);
+  std::vector<std::invoke_result_t<Draw>> scenes;
+  for (std::size_t i = 0; i < n; ++i) {
+    scenes.push_back(generator(random.split(), rc::kNominalSize).value());
+  }
+  return scenes;
+}
 
 }  // namespace twilight

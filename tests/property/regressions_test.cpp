@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "random_layers.h"
+#include "sim/direct_sunlight.h"
 #include "sim/scene_model.h"
 #include "sky_laws.h"
 
@@ -16,8 +18,8 @@ namespace {
 
 constexpr double kDeg = std::numbers::pi / 180;
 
-void expect_lawful(const Scene& scene) {
-  for (const BrokenLaw& b : judge(scene, Depth::kThorough).broken) {
+void expect_lawful(const DrawnScene& drawn) {
+  for (const BrokenLaw& b : judge(drawn, Depth::kThorough).broken) {
     ADD_FAILURE() << name(b.law) << ": " << b.what;
   }
 }
@@ -134,6 +136,37 @@ TEST(Regression, ObserverBelowSeaLevel) {
     s.solver.target_relative_error = 1;
     s.observer.height_m = -430;
     expect_lawful(s);
+  }
+}
+
+// Five metres of opaque air upon 39 km of clear air: the cubic of the Sun's optical depth between
+// its nodes in the clear layer swung to -1000 and the light to infinity, or to twice itself where
+// the layer was thinner. No ray is shorter than the vertical one.
+TEST(Regression, OpaqueLayerOverClearAirIsNoLamp) {
+  DrawnScene drawn = coarse_cells(4);
+  drawn.scene.sun.elevation_deg = 0;
+  drawn.scene.earth.ground_albedo = 1;
+  for (const double per_km : {10.0, 100.0, 1000.0}) {
+    Medium m;
+    m.wavelength_nm = drawn.scene.spectrum.wavelengths_nm;
+    m.boundary_km = {0, 39.264555, 39.2693327};
+    m.zero_tables();
+    m.depolarisation = {0};
+    m.air_scattering_per_km(1, 0) = per_km;
+    drawn.layers = m;
+    expect_lawful(drawn);
+    // Without the table over altitudes, whose rows stand 0.3 km apart there.
+    DirectSunlightOptions exact;
+    exact.exact = true;
+    const DirectSunlight sunlight(m, exact);
+    const double vertical = per_km * (m.boundary_km[2] - m.boundary_km[1]);
+    std::vector<float> depth(sunlight.lanes());
+    for (double height_km = 0; height_km < 39; height_km += 1.3) {
+      for (double zenith_deg = 0; zenith_deg < 97; zenith_deg += 0.03) {
+        if (!sunlight.attenuation(height_km, zenith_deg * kDeg, depth.data())) continue;
+        ASSERT_GE(depth[0], 0.99999 * vertical) << height_km << ' ' << zenith_deg;
+      }
+    }
   }
 }
 

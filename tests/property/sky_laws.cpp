@@ -118,16 +118,28 @@ class Judge {
       add(Law::kPolarised, text("(I, Q, U) = (", i, ", ", q, ", ", u, ")", where(k, w)));
     }
     // No column scatters more than it receives, and no aerosol of ours sends more than 20 times
-    // that into a steradian straight on. The paper's cell centres and its rescaling keep no account
-    // of energy; a Monte Carlo of few photons has noise; a Mie peak knows no such bound.
+    // that into a steradian straight on, nor any of Henyey and Greenstein's more than its peak. The
+    // paper's cell centres and its rescaling keep no account of energy; a Monte Carlo of few
+    // photons has noise; a Mie peak knows no such bound.
     const SolverOptions& solver = scene_.solver;
     const bool kept = solver.method == "cells" ? solver.active_shell_weighting == "quadrature" &&
                                                      solver.cell_optics == "mean"
                                                : solver.method == "orders" && !mie_phase(scene_);
-    if (kept && !(i < 20 * model_.solar_irradiance[w])) {
+    if (kept && !(i < most_per_sr(w) * model_.solar_irradiance[w])) {
       add(Law::kEnergy,
           text("I = ", i, " under a Sun of ", model_.solar_irradiance[w], where(k, w)));
     }
+  }
+
+  // The highest value of a phase function over 4 pi, (1 + g) / (4 pi (1 - g)^2), or 20.
+  double most_per_sr(std::size_t w) const {
+    double most = 20;
+    for (std::size_t i = 0; i < model_.medium.layers(); ++i) {
+      const double g = std::abs(model_.medium.aerosol_asymmetry(i, w));
+      if (model_.medium.aerosol_scattering_per_km(i, w) == 0) continue;
+      most = std::max(most, (1 + g) / (4 * kPi * (1 - g) * (1 - g)));
+    }
+    return most;
   }
 
   void mirror(const StokesRadiance& s, std::size_t k, std::size_t w, double brightest) {
@@ -240,11 +252,12 @@ SceneModel with_copies(const SceneModel& model, std::size_t copies) {
   return out;
 }
 
-Verdict judge(const Scene& scene, Depth depth) {
+Verdict judge(const DrawnScene& drawn, Depth depth) {
   Verdict verdict;
+  const Scene& scene = drawn.scene;
   try {
     const std::size_t copies = depth == Depth::kGlance ? 1 : kCompared;
-    SceneModel model = with_copies(build_scene_model(scene), copies);
+    SceneModel model = with_copies(build_scene_model(drawn), copies);
     for (std::size_t w = 0; copies > 1 && w < model.medium.wavelengths(); w += copies) {
       model.ground_albedo[w + 1] = brighter(model.ground_albedo[w]);
       model.solar_irradiance[w + 2] *= kOtherSun;
@@ -271,82 +284,170 @@ Verdict judge(const Scene& scene, Depth depth) {
   return verdict;
 }
 
-Scene simplest(Scene scene, const std::function<bool(const Scene&)>& still_broken,
-               double most_seconds) {
-  using Clock = std::chrono::steady_clock;
-  const auto start = Clock::now();
-  const std::function<void(Scene&)> edits[] = {
-      [](Scene& s) {
-        s.aerosols = AerosolOptions();
-        s.aerosols.type = "none";
-      },
-      [](Scene& s) { s.aerosols.optical_depth_550nm.reset(); },
-      [](Scene& s) { s.aerosols.relative_humidity_percent = 80; },
-      [](Scene& s) { s.spectrum.wavelengths_nm = {550}; },
-      [](Scene& s) { s.spectrum.wavelengths_nm.resize(1); },
-      [](Scene& s) { s.sun.spectrum = "unit"; },
-      [](Scene& s) { s.sun.disc_average = false; },
-      [](Scene& s) { s.sun.elevation_deg = std::round(*s.sun.elevation_deg); },
-      [](Scene& s) { s.sun.elevation_deg = 0; },
-      [](Scene& s) { s.earth.ground_albedo = 0; },
-      [](Scene& s) { s.earth.ground_albedo = 1; },
-      [](Scene& s) { s.earth.ground_albedo = std::round(10 * s.earth.ground_albedo) / 10; },
-      [](Scene& s) { s.earth.radius_km.reset(); },
-      [](Scene& s) { s.earth.radius_km = std::round(*s.earth.radius_km); },
-      [](Scene& s) { s.observer.height_m = 0; },
-      [](Scene& s) { s.observer.height_m = std::round(s.observer.height_m); },
-      [](Scene& s) { s.atmosphere.profile = "exponential"; },
-      [](Scene& s) { s.atmosphere.layers = 1; },
-      [](Scene& s) { s.atmosphere.layers = std::max(1, s.atmosphere.layers / 2); },
-      [](Scene& s) { s.atmosphere.layers = std::max(1, s.atmosphere.layers - 1); },
-      [](Scene& s) { s.atmosphere.top_km = std::ceil(s.atmosphere.top_km); },
-      [](Scene& s) { s.atmosphere.ozone_du.reset(); },
-      [](Scene& s) { s.atmosphere.nitrogen_dioxide_du.reset(); },
-      [](Scene& s) { s.atmosphere.depolarisation.reset(); },
-      [](Scene& s) { s.atmosphere.refraction = false; },
-      [](Scene& s) { s.atmosphere.layer_spacing = "even"; },
-      [](Scene& s) { s.atmosphere.layer_optics = "mean"; },
-      [](Scene& s) { s.atmosphere.ozone = "layered"; },
-      [](Scene& s) { s.atmosphere.refractive_index = "ciddor"; },
-      [](Scene& s) { s.atmosphere.refractive_spreading = true; },
-      [](Scene& s) { s.solver.azimuth_divisions = std::max(4, s.solver.azimuth_divisions - 2); },
-      [](Scene& s) { s.solver.active_shell_stride = 1; },
-      [](Scene& s) { s.solver.inner_radius_m = 1000; },
-      [](Scene& s) { s.solver.scattering_orders = 1; },
-      [](Scene& s) { s.solver.scattering_orders = 2; },
-      [](Scene& s) { s.solver.scattering_orders.reset(); },
-      [](Scene& s) { s.solver.active_shell_weighting = "quadrature"; },
-      [](Scene& s) { s.solver.aerosol_phase = "truncated"; },
-      [](Scene& s) { s.solver.air_phase = "rayleigh"; },
-      [](Scene& s) { s.solver.cell_optics = "mean"; },
-      [](Scene& s) { s.solver.cell_height_km = 0; },
-      [](Scene& s) { s.solver.gather = "exact-single"; },
-      [](Scene& s) { s.solver.ground_light = true; },
-      [](Scene& s) { s.solver.polarisation = false; },
-      [](Scene& s) { s.solver.single_precision = false; },
-      [](Scene& s) { s.solver.altitude_levels = 4; },
-      [](Scene& s) { s.solver.polar_directions = 8; },
-      [](Scene& s) { s.solver.azimuth_directions = 4; },
-      [](Scene& s) { s.solver.phase_degree = 2; },
-      [](Scene& s) { s.solver.order_tolerance = 0.1; },
-      [](Scene& s) { s.solver.seed = 1; },
+namespace {
+
+const std::function<void(Scene&)> kSceneEdits[] = {
+    [](Scene& s) {
+      s.aerosols = AerosolOptions();
+      s.aerosols.type = "none";
+    },
+    [](Scene& s) { s.aerosols.optical_depth_550nm.reset(); },
+    [](Scene& s) { s.aerosols.relative_humidity_percent = 80; },
+    [](Scene& s) { s.spectrum.wavelengths_nm = {550}; },
+    [](Scene& s) { s.spectrum.wavelengths_nm.resize(1); },
+    [](Scene& s) { s.sun.spectrum = "unit"; },
+    [](Scene& s) { s.sun.disc_average = false; },
+    [](Scene& s) { s.sun.elevation_deg = std::round(*s.sun.elevation_deg); },
+    [](Scene& s) { s.sun.elevation_deg = 0; },
+    [](Scene& s) { s.earth.ground_albedo = 0; },
+    [](Scene& s) { s.earth.ground_albedo = 1; },
+    [](Scene& s) { s.earth.ground_albedo = std::round(10 * s.earth.ground_albedo) / 10; },
+    [](Scene& s) { s.earth.radius_km.reset(); },
+    [](Scene& s) { s.earth.radius_km = std::round(*s.earth.radius_km); },
+    [](Scene& s) { s.observer.height_m = 0; },
+    [](Scene& s) { s.observer.height_m = std::round(s.observer.height_m); },
+    [](Scene& s) { s.atmosphere.profile = "exponential"; },
+    [](Scene& s) { s.atmosphere.layers = 1; },
+    [](Scene& s) { s.atmosphere.layers = std::max(1, s.atmosphere.layers / 2); },
+    [](Scene& s) { s.atmosphere.layers = std::max(1, s.atmosphere.layers - 1); },
+    [](Scene& s) { s.atmosphere.top_km = std::ceil(s.atmosphere.top_km); },
+    [](Scene& s) { s.atmosphere.ozone_du.reset(); },
+    [](Scene& s) { s.atmosphere.nitrogen_dioxide_du.reset(); },
+    [](Scene& s) { s.atmosphere.depolarisation.reset(); },
+    [](Scene& s) { s.atmosphere.refraction = false; },
+    [](Scene& s) { s.atmosphere.layer_spacing = "even"; },
+    [](Scene& s) { s.atmosphere.layer_optics = "mean"; },
+    [](Scene& s) { s.atmosphere.ozone = "layered"; },
+    [](Scene& s) { s.atmosphere.refractive_index = "ciddor"; },
+    [](Scene& s) { s.atmosphere.refractive_spreading = true; },
+    [](Scene& s) { s.solver.azimuth_divisions = std::max(4, s.solver.azimuth_divisions - 2); },
+    [](Scene& s) { s.solver.active_shell_stride = 1; },
+    [](Scene& s) { s.solver.inner_radius_m = 1000; },
+    [](Scene& s) { s.solver.scattering_orders = 1; },
+    [](Scene& s) { s.solver.scattering_orders = 2; },
+    [](Scene& s) { s.solver.scattering_orders.reset(); },
+    [](Scene& s) { s.solver.active_shell_weighting = "quadrature"; },
+    [](Scene& s) { s.solver.aerosol_phase = "truncated"; },
+    [](Scene& s) { s.solver.air_phase = "rayleigh"; },
+    [](Scene& s) { s.solver.cell_optics = "mean"; },
+    [](Scene& s) { s.solver.cell_height_km = 0; },
+    [](Scene& s) { s.solver.gather = "exact-single"; },
+    [](Scene& s) { s.solver.ground_light = true; },
+    [](Scene& s) { s.solver.polarisation = false; },
+    [](Scene& s) { s.solver.single_precision = false; },
+    [](Scene& s) { s.solver.altitude_levels = 4; },
+    [](Scene& s) { s.solver.polar_directions = 8; },
+    [](Scene& s) { s.solver.azimuth_directions = 4; },
+    [](Scene& s) { s.solver.phase_degree = 2; },
+    [](Scene& s) { s.solver.order_tolerance = 0.1; },
+    [](Scene& s) { s.solver.seed = 1; },
+};
+
+// Layers that are plainer than `m`: fewer, of fewer constituents, of round numbers.
+std::vector<Medium> plainer_layers(const Medium& m) {
+  std::vector<Medium> plainer;
+  constexpr LayerTable Medium::*kTables[] = {
+      &Medium::air_scattering_per_km, &Medium::aerosol_scattering_per_km,
+      &Medium::gas_absorption_per_km, &Medium::aerosol_asymmetry};
+  const std::size_t N = m.layers(), W = m.wavelengths();
+  const auto some_layers = [&](std::size_t from, std::size_t to) {
+    Medium p = m;
+    const auto at = static_cast<std::ptrdiff_t>(from), end = static_cast<std::ptrdiff_t>(to);
+    p.boundary_km.erase(p.boundary_km.begin() + at + 1, p.boundary_km.begin() + end + 1);
+    p.zero_tables();
+    for (const auto table : kTables) {
+      for (std::size_t i = 0; i < p.layers(); ++i) {
+        for (std::size_t w = 0; w < W; ++w)
+          (p.*table)(i, w) = (m.*table)(i < from ? i : i + to - from, w);
+      }
+    }
+    plainer.push_back(std::move(p));
   };
-  for (bool changed = true; changed;) {
-    changed = false;
-    for (const auto& edit : edits) {
-      if (std::chrono::duration<double>(Clock::now() - start).count() > most_seconds) return scene;
-      Scene plainer = scene;
-      if (!scene.earth.radius_km) plainer.earth.radius_km = 6371;
-      edit(plainer);
-      if (!scene.earth.radius_km && plainer.earth.radius_km == 6371)
-        plainer.earth.radius_km.reset();
-      if (scene_settings(plainer) == scene_settings(scene)) continue;
-      if (validate(plainer) || !still_broken(plainer)) continue;
-      scene = plainer;
-      changed = true;
+  if (W > 1) {
+    for (std::size_t keep = 0; keep < W; ++keep) {
+      Medium p = m;
+      p.wavelength_nm = {m.wavelength_nm[keep]};
+      p.depolarisation = {m.depolarisation[keep]};
+      p.zero_tables();
+      for (const auto table : kTables) {
+        for (std::size_t i = 0; i < N; ++i) (p.*table)(i, 0) = (m.*table)(i, keep);
+      }
+      plainer.push_back(std::move(p));
     }
   }
-  return scene;
+  if (N > 1) some_layers(N / 2, N);
+  if (N > 1) some_layers(0, N / 2);
+  for (std::size_t i = 0; N > 1 && N <= 12 && i < N; ++i) some_layers(i, i + 1);
+  for (const auto table : kTables) {
+    Medium p = m;
+    p.*table = LayerTable(N, W);
+    plainer.push_back(std::move(p));
+    for (std::size_t i = 0; N <= 12 && i < N; ++i) {
+      for (std::size_t w = 0; w < W; ++w) {
+        for (const double digits : {0.0, 1.0, 10.0, 100.0}) {
+          Medium one = m;
+          double& value = (one.*table)(i, w);
+          if (std::abs(value) < 1e-12) continue;
+          value = digits == 0 ? 0 : std::round(value * digits) / digits;
+          if (value != (m.*table)(i, w)) plainer.push_back(std::move(one));
+        }
+      }
+    }
+  }
+  return plainer;
+}
+
+using Clock = std::chrono::steady_clock;
+
+// Whether `drawn` became plainer in one of these ways.
+bool plainer_scene(DrawnScene& drawn, const std::function<bool(const DrawnScene&)>& still_broken,
+                   Clock::time_point end) {
+  bool changed = false;
+  for (const auto& edit : kSceneEdits) {
+    if (Clock::now() > end) return false;
+    const Scene& scene = drawn.scene;
+    DrawnScene tried = drawn;
+    Scene& plainer = tried.scene;
+    if (!scene.earth.radius_km) plainer.earth.radius_km = 6371;
+    edit(plainer);
+    if (!scene.earth.radius_km && plainer.earth.radius_km == 6371) plainer.earth.radius_km.reset();
+    if (scene_settings(plainer) == scene_settings(scene)) continue;
+    // The layers have wavelengths of their own.
+    if (drawn.layers && plainer.spectrum.wavelengths_nm != scene.spectrum.wavelengths_nm) continue;
+    if (validate(plainer) || !still_broken(tried)) continue;
+    drawn = tried;
+    changed = true;
+  }
+  return changed;
+}
+
+bool fewer_layers(DrawnScene& drawn, const std::function<bool(const DrawnScene&)>& still_broken,
+                  Clock::time_point end) {
+  if (!drawn.layers) return false;
+  for (Medium& layers : plainer_layers(*drawn.layers)) {
+    if (Clock::now() > end) return false;
+    DrawnScene tried = drawn;
+    tried.scene.spectrum.wavelengths_nm = layers.wavelength_nm;
+    const bool below = 1e-3 * tried.scene.observer.height_m < layers.top_km();
+    tried.layers = std::move(layers);
+    if ((tried.scene.solver.method == "cells" && !below) || !still_broken(tried)) continue;
+    drawn = std::move(tried);
+    return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+DrawnScene simplest(DrawnScene drawn, const std::function<bool(const DrawnScene&)>& still_broken,
+                    double most_seconds) {
+  const auto end = Clock::now() + std::chrono::duration_cast<Clock::duration>(
+                                      std::chrono::duration<double>(most_seconds));
+  while (Clock::now() < end) {
+    const bool plainer = plainer_scene(drawn, still_broken, end);
+    if (!fewer_layers(drawn, still_broken, end) && !plainer) break;
+  }
+  return drawn;
 }
 
 }  // namespace twilight

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "random_layers.h"
 #include "sim/scene.h"
 #include "sim/scene_file.h"
 #include "sim/scene_model.h"
@@ -42,12 +43,12 @@ enum class Depth {
   kThorough,  ///< its irradiances, and a second solve on two threads
 };
 
-Verdict judge(const Scene& scene, Depth depth);
+Verdict judge(const DrawnScene& drawn, Depth depth);
 
 /// The same scene made as plain as it gets in the time while `still_broken` holds: defaults in
 /// place of what is not needed, fewer layers, smaller grids.
-Scene simplest(Scene scene, const std::function<bool(const Scene&)>& still_broken,
-               double most_seconds);
+DrawnScene simplest(DrawnScene drawn, const std::function<bool(const DrawnScene&)>& still_broken,
+                    double most_seconds);
 
 /// Each wavelength `copies` times, next to each other, everything equal.
 SceneModel with_copies(const SceneModel& model, std::size_t copies);

@@ -15,13 +15,13 @@
 #include <vector>
 
 #include "property_size.h"
-#include "random_scene.h"
+#include "random_layers.h"
 
 namespace twilight {
 namespace {
 
 struct Census {
-  std::size_t scenes = 0, compared = 0, thorough = 0, refused = 0;
+  std::size_t scenes = 0, own_layers = 0, compared = 0, thorough = 0, refused = 0;
   std::map<Law, std::pair<std::size_t, std::string>> broken;  // how often, and an example
 };
 
@@ -34,14 +34,16 @@ Depth depth_of(std::size_t scene) {
 Census take_census(const std::string& method) {
   // More of what takes less: 10,000 in all.
   const std::size_t n = scene_count(method == "cells" ? 9500 : method == "orders" ? 60 : 450);
-  const std::vector<Scene> scenes = draw_scenes(
-      n, [&] { return random_scene(method, nightly() ? SceneSize::kLarge : SceneSize::kSmall); });
+  const std::vector<DrawnScene> scenes = draw_scenes(n, [&] {
+    return random_scene_or_layers(method, nightly() ? SceneSize::kLarge : SceneSize::kSmall);
+  });
   Census census;
   std::vector<Verdict> verdicts(scenes.size());
   tbb::parallel_for(std::size_t{0}, scenes.size(),
                     [&](std::size_t i) { verdicts[i] = judge(scenes[i], depth_of(i)); });
   for (std::size_t i = 0; i < scenes.size(); ++i) {
     ++census.scenes;
+    census.own_layers += scenes[i].layers.has_value();
     const Depth depth = depth_of(i);
     census.compared += depth != Depth::kGlance;
     census.thorough += depth == Depth::kThorough;
@@ -51,20 +53,23 @@ Census take_census(const std::string& method) {
       if (!laws.insert(b.law).second) continue;
       auto& [count, example] = census.broken[b.law];
       if (count++ > 0) continue;
-      const auto what = [&](const Scene& s) -> std::string {
+      const auto what = [&](const DrawnScene& s) -> std::string {
         for (const BrokenLaw& x : judge(s, depth).broken) {
           if (x.law == b.law) return x.what;
         }
         return "";
       };
-      const Scene plain = simplest(
-          scenes[i], [&](const Scene& s) { return !what(s).empty(); }, kSimplifyingSeconds);
+      const DrawnScene plain = simplest(
+          scenes[i], [&](const DrawnScene& s) { return !what(s).empty(); }, kSimplifyingSeconds);
       example = "scene " + std::to_string(i) + ": " + b.what + "\n" + describe(scenes[i]) +
                 "made plain: " + what(plain) + "\n" + describe(plain);
     }
   }
-  std::printf("%s: %zu scenes, %zu compared, %zu thoroughly, %zu refused (ducted rays)\n",
-              method.c_str(), census.scenes, census.compared, census.thorough, census.refused);
+  std::printf(
+      "%s: %zu scenes (%zu of own layers), %zu compared, %zu thoroughly, %zu refused (ducted "
+      "rays)\n",
+      method.c_str(), census.scenes, census.own_layers, census.compared, census.thorough,
+      census.refused);
   return census;
 }
 
@@ -108,14 +113,14 @@ INSTANTIATE_TEST_SUITE_P(MonteCarlo, SkyLaws, testing::Values("monte-carlo"));
 // brightest view.
 TEST(OrdersInSinglePrecision, AreTheOrdersInDouble) {
   const auto scenes = draw_scenes(scene_count(24), [] {
-    return random_scene("orders", nightly() ? SceneSize::kLarge : SceneSize::kSmall);
+    return random_scene_or_layers("orders", nightly() ? SceneSize::kLarge : SceneSize::kSmall);
   });
   std::vector<double> worst(scenes.size());
   tbb::parallel_for(std::size_t{0}, scenes.size(), [&](std::size_t i) {
-    Scene s = scenes[i];
-    s.solver.single_precision = true;
+    DrawnScene s = scenes[i];
+    s.scene.solver.single_precision = true;
     const auto single = solve_sky(build_scene_model(s))->stokes(law_views());
-    s.solver.single_precision = false;
+    s.scene.solver.single_precision = false;
     const auto twin = solve_sky(build_scene_model(s))->stokes(law_views());
     const double brightest = *std::max_element(twin.i.begin(), twin.i.end());
     for (std::size_t k = 0; k < twin.i.size(); ++k) {
