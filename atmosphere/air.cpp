@@ -74,11 +74,13 @@ double column_per_cm2(const Profile& profile, Profile::Gas gas, std::optional<do
 
 // Spreads the column over the layers as the profile does, or the US standard where the profile has
 // no nitrogen dioxide.
-void add_nitrogen_dioxide(Medium& medium, const Profile& profile, double column_per_cm2) {
+void add_nitrogen_dioxide(Medium& medium, const Profile& profile, double ground_depth_km,
+                          double column_per_cm2) {
   if (column_per_cm2 == 0.0) return;
   constexpr auto kGas = &ProfileLevel::nitrogen_dioxide_per_cm3;
-  const Profile shape =
-      profile.levels().front().*kGas > 0.0 ? profile : Profile::named("us_standard");
+  const Profile shape = profile.levels().front().*kGas > 0.0
+                            ? profile
+                            : Profile::named("us_standard").over_ground_below_sea(ground_depth_km);
   std::vector<double> per_cm2;
   double sum_per_cm2 = 0.0;
   for (std::size_t i = 0; i < medium.layers(); ++i) {
@@ -107,7 +109,8 @@ double mean_height_km(double bottom_km, double top_km) {
 
 Medium make_air(const AirOptions& options, std::span<const double> wavelength_nm) {
   check(options, wavelength_nm);
-  const Profile profile = Profile::named(options.profile);
+  const Profile profile =
+      Profile::named(options.profile).over_ground_below_sea(options.ground_depth_km);
 
   Medium medium;
   medium.earth_radius_km = options.earth_radius_km;
@@ -154,7 +157,8 @@ Medium make_air(const AirOptions& options, std::span<const double> wavelength_nm
       medium.refractivity(i, w) =
           options.refractive_index == "ciddor"
               ? ciddor_refractivity(wavelength_nm[w], mean.air_per_cm3, mean.water_vapour_per_cm3)
-              : haber2005_refractivity(wavelength_nm[w], mean_height_km(bottom_km, top_km),
+              : haber2005_refractivity(wavelength_nm[w],
+                                       mean_height_km(bottom_km, top_km) - options.ground_depth_km,
                                        humidity);
     }
   }
@@ -170,7 +174,7 @@ Medium make_air(const AirOptions& options, std::span<const double> wavelength_nm
       medium.gas_absorption_per_km(i, w) = cross_section * ozone_per_cm3[i] * scale * kCmPerKm;
     }
   }
-  add_nitrogen_dioxide(medium, profile, nitrogen_dioxide_column_per_cm2);
+  add_nitrogen_dioxide(medium, profile, options.ground_depth_km, nitrogen_dioxide_column_per_cm2);
   return medium;
 }
 

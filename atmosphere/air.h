@@ -25,7 +25,10 @@ struct AirOptions {
   bool refraction = true;                     ///< false: refractivity 0
   std::optional<double> depolarisation;       ///< [0, 6/7); unset: from the King factor
   double earth_radius_km = 6371.0;            ///< 1000..70000
-  std::vector<double> snap_boundaries_km;     ///< see layer_boundaries_km()
+  /// Ground below sea level, 0..1: every height (top_km, snap_boundaries_km, the medium's) counts
+  /// from that ground, and the profile goes on down to it.
+  double ground_depth_km = 0.0;
+  std::vector<double> snap_boundaries_km;  ///< see layer_boundaries_km()
 };
 
 /// Air (Rayleigh), ozone, nitrogen dioxide and refractivity of a model atmosphere in layers (Haber

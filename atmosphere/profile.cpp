@@ -85,6 +85,28 @@ Profile Profile::named(std::string_view name) {
   fail("atmosphere profile '" + std::string(name) + "' must be one of " + list);
 }
 
+Profile Profile::over_ground_below_sea(double depth_km) const {
+  if (!(depth_km >= 0.0 && depth_km <= 1.0)) {
+    std::ostringstream s;
+    s << "depth " << depth_km << " km of the ground below sea level must be 0..1";
+    fail(s.str());
+  }
+  if (depth_km == 0.0) return *this;
+  std::vector<ProfileLevel> levels = levels_;
+  const ProfileLevel a = levels[0], b = levels[1];
+  const double t = -depth_km / (b.height_km - a.height_km);
+  const auto log_of = [&](Gas gas) { return log_interpolated(a.*gas, b.*gas, t); };
+  for (ProfileLevel& level : levels) level.height_km += depth_km;
+  levels.insert(
+      levels.begin(),
+      ProfileLevel{0.0, log_of(&ProfileLevel::pressure_hpa),
+                   a.temperature_k + t * (b.temperature_k - a.temperature_k),
+                   log_of(&ProfileLevel::air_per_cm3), log_of(&ProfileLevel::ozone_per_cm3),
+                   log_of(&ProfileLevel::water_vapour_per_cm3),
+                   log_of(&ProfileLevel::nitrogen_dioxide_per_cm3)});
+  return Profile(name_, std::move(levels));
+}
+
 ProfileLevel Profile::at(double height_km) const {
   if (!(height_km >= 0.0 && height_km <= top_km())) {
     std::ostringstream s;

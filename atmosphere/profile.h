@@ -43,6 +43,12 @@ class Profile {
   /// Every name that named() takes.
   static std::span<const std::string_view> names();
 
+  /// The same atmosphere over ground that lies depth_km (0..1) below sea level, heights counted
+  /// from that ground: below its lowest level pressure and densities go on as between the lowest
+  /// two (exponential), and so does the temperature (linear). Throws std::invalid_argument for
+  /// another depth.
+  Profile over_ground_below_sea(double depth_km) const;
+
   const std::string& name() const { return name_; }
   double top_km() const { return levels_.back().height_km; }
   std::span<const ProfileLevel> levels() const { return levels_; }

@@ -335,7 +335,7 @@ void render(Run& run) {
     settings.sun_disc = output.sun_disc;
     const double radius_km = model.medium.earth_radius_km;
     settings.horizon_elevation_rad =
-        -std::acos(radius_km / (radius_km + run.scene.observer.height_m / 1000.0));
+        -std::acos(radius_km / (radius_km + observer_altitude_km(run.scene)));
     return render_map(*sky,
                       colour_integrator(model, colour_observer_from_name(output.colour_observer)),
                       settings, run.control());
@@ -485,7 +485,7 @@ void sun(Run& run) {
   if (scene.atmosphere.refraction) {
     const auto zenith_rad = apparent_zenith_rad(
         medium, static_cast<std::size_t>(nearest - medium.wavelength_nm.begin()),
-        scene.observer.height_m / 1000.0, std::numbers::pi / 2.0 - model.sun_elevation_rad);
+        observer_altitude_km(scene), std::numbers::pi / 2.0 - model.sun_elevation_rad);
     visible = zenith_rad.has_value();
     if (visible) apparent_rad = std::numbers::pi / 2.0 - *zenith_rad;
   }

@@ -42,7 +42,7 @@ CellSky::CellSky(const SceneModel& model, const RunControl& control) : model_(mo
   const auto start = Clock::now();
   arena_ = std::make_unique<Arena>(solver.threads);
   sun_.elevation_rad = model_.sun_elevation_rad;
-  observer_height_km_ = scene.observer.height_m * 1e-3;
+  observer_height_km_ = observer_altitude_km(scene);
 
   options_.scattering_orders = solver.scattering_orders.value_or(options_.scattering_orders);
   options_.rayleigh = solver.air_phase == "rayleigh";

@@ -150,7 +150,7 @@ RunCost predict_cells(const Scene& scene, std::size_t views) {
   CellGridOptions options;
   options.azimuth_divisions = s.azimuth_divisions;
   options.inner_radius_km = s.inner_radius_m * 1e-3;
-  options.observer_height_km = scene.observer.height_m * 1e-3;
+  options.observer_height_km = observer_altitude_km(scene);
   options.active_shell_stride = s.active_shell_stride;
   options.group_shells = s.active_shell_weighting != "rescale";
   options.cell_height_km = s.cell_height_km;

@@ -6,21 +6,12 @@
 
 #include "hwy/highway.h"
 #include "sim/emission_kernel.h"
+#include "sim/for_lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace twilight {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
-
-// Runs f with the widest vectors that divide the lanes (8, or a multiple of 16).
-template <class T, class F>
-HWY_INLINE void ForLanes(std::size_t lanes, const F& f) {
-  if (lanes % 16 == 0) {
-    f(hn::CappedTag<T, 16>());
-  } else {
-    f(hn::CappedTag<T, 8>());
-  }
-}
 
 template <class T>
 void AirModes(const AirEmission<T>& in, T* HWY_RESTRICT modes) {

@@ -303,7 +303,8 @@ void ExchangeSolver::balance_rows() {
           lit_ground > 1e-12 ? std::min(10.0, ro.ground[s * W + w] / lit_ground) : 1.0);
     }
   }
-  result_.report.clipped_row_share = static_cast<double>(clipped) / static_cast<double>(n_air * W);
+  result_.report.clipped_row_share =
+      static_cast<double>(clipped) / std::max(1.0, static_cast<double>(n_air * W));
 }
 
 // Node values to modes: cosine series for even moments, sine series for odd ones.
@@ -365,7 +366,8 @@ void ExchangeSolver::start_rescaling() {
                                        sun_, rings_.optics, aerosol_first_, albedo_, 1);
   set_rescale(every.power, first_.power);
   for (std::size_t w = 0; w < rings_.W; ++w) result_.report.rescale_factor.push_back(rescale_[w]);
-  passive_ = passive_rings(rings_.grid, *all_cells_);
+  // Where every active shell's cells have their centres outside the air none is interpolated.
+  if (rings_.n_air > 0) passive_ = passive_rings(rings_.grid, *all_cells_);
 }
 
 void ExchangeSolver::set_rescale(const std::vector<double>& all,

@@ -98,7 +98,7 @@ MonteCarloSky::MonteCarloSky(const SceneModel& model, const RunControl& control)
   }
   world_.polarised = polarised(scene);
   world_.most_orders = scene.solver.scattering_orders.value_or(0);
-  world_.observer_height_km = scene.observer.height_m * 1e-3;
+  world_.observer_height_km = observer_altitude_km(scene);
 
   std::vector<std::size_t> reference{0};
   if (W == 2) reference = {0, 1};

@@ -200,17 +200,12 @@ class Solver {
     }
   }
 
-  // At the ground with the Sun 6 degrees below the horizon, times 4 pi, [lane].
+  // At the ground, at the node nearest to a Sun 6 degrees below the horizon, times 4 pi, [lane].
   std::vector<double> mean_radiance(const OrdersGrid<T>& grid,
                                     const IncomingLight<T>& light) const {
-    const ZenithGrid::Stencil s =
-        ZenithGrid::stencil(grid.zenith.position(96 * kRadPerDeg), grid.zenith.size());
+    const auto node = static_cast<std::size_t>(std::lround(grid.zenith.position(96 * kRadPerDeg)));
     std::vector<double> mean(grid.lanes);
-    for (std::size_t q = 0; q < 4; ++q) {
-      for (std::size_t w = 0; w < grid.lanes; ++w) {
-        mean[w] += s.weight[q] * trace(grid, light, 0, s.first + q, w);
-      }
-    }
+    for (std::size_t w = 0; w < grid.lanes; ++w) mean[w] = trace(grid, light, 0, node, w);
     return mean;
   }
 

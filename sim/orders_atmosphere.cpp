@@ -10,6 +10,7 @@
 
 #include "sim/aerosol_emission.h"
 #include "sim/angular_moments.h"
+#include "sim/emission_kernel.h"
 #include "sim/field_reference.h"
 
 namespace twilight {
@@ -124,10 +125,13 @@ void OrdersAtmosphere::tabulate_emission() {
   tbb::parallel_for(std::size_t{0}, kBasisNodes, [&](std::size_t k) {
     const double zenith_rad =
         std::numbers::pi * static_cast<double>(k) / static_cast<double>(kBasisNodes - 1);
-    KernelBasis<float> basis;
-    basis.set(optics.degree, zenith_rad, true);
-    std::copy(basis.p.begin(), basis.p.end(),
-              basis_.begin() + static_cast<std::ptrdiff_t>(k * count));
+    std::vector<float> basis;
+    fill_mode_basis(optics.degree, zenith_rad, true, basis);
+    for (int l = 0; l <= optics.degree; ++l) {
+      for (int m = 0; m <= l; ++m) {
+        basis_[k * count + moment_index(l, m)] = basis[3 * mode_major_index(optics.degree, l, m)];
+      }
+    }
   });
 }
 

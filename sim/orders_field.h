@@ -30,7 +30,7 @@ struct OrdersField {
   std::vector<float> ground_irradiance;  ///< [X][W], diffuse, on the horizontal ground
 
   /// Share of every order of incoming light (1 = scattered once) in the mean radiance at the
-  /// ground with the Sun 6 degrees below the horizon, [order][W]; for the summary.
+  /// ground, at the node nearest to a Sun 6 degrees below the horizon, [order][W]; for the summary.
   std::vector<double> order_share;
   int orders = 0;  ///< scattering events in the field, the first included
 };

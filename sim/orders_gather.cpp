@@ -5,7 +5,8 @@
 #include <numbers>
 
 #include "sim/aerosol_emission.h"
-#include "sim/orders_kernel.h"
+#include "sim/angular_moments.h"
+#include "sim/emission_kernel.h"
 #include "sim/piece_point.h"
 
 namespace twilight {
@@ -132,9 +133,10 @@ void OrdersGather::add_multiple(const RayPath& ray, double azimuth, Spectrum& ou
   SampledPath path;
   sample_path(optics.optics, field.altitude_km, ray, kMultipleStep_rad, SourceShape::kCubic, path);
   std::vector<float> sum(stokes * lanes_, 0.0F), air_weight(lanes_);
-  AerosolEmission<float> aerosol(optics.kinds, optics.degree, lanes_);
   const int mode_degree = std::max(2, optics.degree);
-  std::vector<float> modes(4 * stokes * static_cast<std::size_t>(mode_degree + 1) * lanes_);
+  std::vector<float> modes(4 * stokes * mode_rows(mode_degree) * lanes_);
+  std::vector<float> basis, kind_weight(lanes_);
+  std::vector<float> scattered(4 * stokes * moment_count(optics.degree) * lanes_);
   const auto fine_at = [&](double zenith_rad, double& f) {
     const double u = std::clamp(zenith_rad / kFine_rad, 0.0,
                                 static_cast<double>(ZenithGrid::kFineSize) - 1.000001);
@@ -149,7 +151,7 @@ void OrdersGather::add_multiple(const RayPath& ray, double azimuth, Spectrum& ou
     const SunHere sun = sun_at(sample.central_angle_rad, azimuth);
     const ZenithGrid::Stencil taps =
         ZenithGrid::stencil(air_.zenith.position(sun.zenith_rad), nodes);
-    SourceModesInput<float> in;
+    AirEmission<float> in;
     in.nodes = 4;
     in.lanes = lanes_;
     in.polarised = field.polarised;
@@ -160,16 +162,48 @@ void OrdersGather::add_multiple(const RayPath& ray, double azimuth, Spectrum& ou
     for (std::size_t w = 0; w < lanes_; ++w) {
       air_weight[w] = static_cast<float>(3 / (8 * pi) * weight[w]);
     }
-    if (level < field.aerosol_levels && aerosol.weigh(weight + lanes_)) {
-      aerosol.emit(sample.zenith_rad, optics.degree,
-                   &air_.moments[(level * nodes + taps.first) * field.moments_per_node * lanes_],
-                   in);
+    const auto present = [&](std::size_t kind) {
+      const double* here = weight + (1 + kind) * lanes_;
+      return std::any_of(here, here + lanes_, [](double x) { return x != 0; });
+    };
+    bool aerosol = false;
+    for (std::size_t q = 0; q < optics.kinds.size(); ++q) aerosol = aerosol || present(q);
+    aerosol = aerosol && level < field.aerosol_levels;
+    in.degree = aerosol ? mode_degree : 2;
+    air_modes(in, modes.data());
+    if (aerosol) {
+      fill_mode_basis(optics.degree, sample.zenith_rad, true, basis);
+      const ArrivingMoments<float> arriving{
+          4,
+          lanes_,
+          field.polarised,
+          optics.degree,
+          &air_.moments[(level * nodes + taps.first) * field.moments_per_node * lanes_],
+          nullptr};
+      AerosolPoints<float> points;
+      points.nodes = 4;
+      points.lanes = lanes_;
+      points.polarised = field.polarised;
+      points.degree = mode_degree;
+      points.phase_degree = optics.degree;
+      points.scattered = scattered.data();
+      points.points = 1;
+      points.basis[0] = basis.data();
+      points.weight[0] = kind_weight.data();
+      points.modes[0] = modes.data();
+      for (std::size_t q = 0; q < optics.kinds.size(); ++q) {
+        if (!present(q)) continue;
+        for (std::size_t w = 0; w < lanes_; ++w) {
+          kind_weight[w] = static_cast<float>(weight[(1 + q) * lanes_ + w]);
+        }
+        scatter_moments(arriving, optics.kinds[q], optics.degree, scattered.data());
+        add_aerosol_modes(points);
+      }
     }
-    source_modes(in, modes.data());
     double f;
     const std::size_t fine = fine_at(sun.zenith_rad, f);
     const float* reference = &air_.reference[(level * ZenithGrid::kFineSize + fine) * lanes_];
-    const std::size_t block = static_cast<std::size_t>(in.degree + 1) * lanes_;
+    const std::size_t block = mode_rows(in.degree) * lanes_;
     double c = 1, s = 0;
     for (int m = 0; m <= in.degree; ++m) {
       const std::size_t row = static_cast<std::size_t>(m) * lanes_;

@@ -17,8 +17,11 @@ std::vector<PolarDirection> polar_directions(double radius_km, double altitude_k
   const double sine = std::min(1.0, radius_km / (radius_km + altitude_km));
   const double dip = std::acos(sine);  // of the horizon below the horizontal
   const bool limb = altitude_km > 1e-3;
-  const int down = std::max(4, count / 6), middle = limb ? std::max(2, 5 * count / 12) : 0;
-  const int up = std::max(2, count - down - middle);
+  // However few, enough above and below that moments of the light integrate to what they are: with
+  // two directions in the upper half, thick white haze scattered more than arrived.
+  const int down = std::max(count < 12 ? 3 : 4, count / 6);
+  const int middle = limb ? std::max(2, std::min(5 * count / 12, (count - 6) / 2)) : 0;
+  const int up = count - down - middle;
   for (const GaussNode& g : gauss_legendre(up, 0, 1)) {
     directions.push_back({std::acos(g.x * g.x), 2 * g.x * g.weight});
   }

@@ -10,98 +10,13 @@
 #include "hwy/highway.h"
 #include "sim/angular_moments.h"
 #include "sim/emission_kernel.h"
+#include "sim/for_lanes-inl.h"
 #include "sim/orders_kernel.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace twilight {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
-
-// Runs f with the widest vectors that divide the lanes (8, or a multiple of 16).
-template <class T, class F>
-HWY_INLINE void ForLanes(std::size_t lanes, const F& f) {
-  if (lanes % 16 == 0) {
-    f(hn::CappedTag<T, 16>());
-  } else {
-    f(hn::CappedTag<T, 8>());
-  }
-}
-
-template <class T>
-void SourceModes(const SourceModesInput<T>& in, T* HWY_RESTRICT modes) {
-  const std::size_t lanes = in.lanes;
-  const auto degree = static_cast<std::size_t>(in.degree);
-  const std::size_t block = (degree + 1) * lanes;
-  const std::size_t stride = (in.polarised ? 3 : 1) * block;
-  const std::size_t count = moment_count(in.stored_phase_degree);
-  const T c = in.cos_theta, s = in.sin_theta;
-  ForLanes<T>(lanes, [&](auto d) {
-    const auto c2p1 = hn::Set(d, c * c + 1), s2 = hn::Set(d, s * s), sc2 = hn::Set(d, -2 * s * c);
-    const auto minus_s2 = hn::Set(d, -s * s), two_s = hn::Set(d, 2 * s),
-               minus_2c = hn::Set(d, -2 * c), half = hn::Set(d, T(0.5));
-    for (std::size_t w = 0; w < lanes; w += hn::Lanes(d)) {
-      const auto k = hn::LoadU(d, in.air_weight + w);
-      for (std::size_t j = 0; j < in.nodes; ++j) {
-        T* HWY_RESTRICT out = modes + j * stride + w;
-        const T* HWY_RESTRICT C = in.coherency + j * 4 * lanes + w;
-        const auto xx = hn::Mul(k, hn::LoadU(d, C)), yy = hn::Mul(k, hn::LoadU(d, C + lanes));
-        const auto zz = hn::Mul(k, hn::LoadU(d, C + 2 * lanes)),
-                   xz = hn::Mul(k, hn::LoadU(d, C + 3 * lanes));
-        const auto S = hn::Mul(half, hn::Add(xx, yy)), D = hn::Mul(half, hn::Sub(xx, yy));
-        hn::StoreU(hn::MulAdd(c2p1, S, hn::Mul(s2, zz)), d, out);
-        hn::StoreU(hn::Mul(sc2, xz), d, out + lanes);
-        hn::StoreU(hn::Mul(minus_s2, D), d, out + 2 * lanes);
-        for (std::size_t m = 3; m <= degree; ++m) hn::StoreU(hn::Zero(d), d, out + m * lanes);
-        if (in.polarised) {
-          T* HWY_RESTRICT q = out + block;
-          T* HWY_RESTRICT u = q + block;
-          hn::StoreU(hn::Mul(s2, hn::Sub(zz, S)), d, q);
-          hn::StoreU(hn::Mul(sc2, xz), d, q + lanes);
-          hn::StoreU(hn::Mul(c2p1, D), d, q + 2 * lanes);
-          hn::StoreU(hn::Zero(d), d, u);
-          hn::StoreU(hn::Mul(two_s, xz), d, u + lanes);
-          hn::StoreU(hn::Mul(minus_2c, D), d, u + 2 * lanes);
-          for (std::size_t m = 3; m <= degree; ++m) {
-            hn::StoreU(hn::Zero(d), d, q + m * lanes);
-            hn::StoreU(hn::Zero(d), d, u + m * lanes);
-          }
-        }
-        if (in.moments == nullptr) continue;
-        const std::size_t kinds = in.polarised ? 3 : 1;
-        const T* HWY_RESTRICT I = in.moments + j * kinds * count * lanes + w;
-        const T* HWY_RESTRICT E = I + count * lanes;
-        const T* HWY_RESTRICT B = E + count * lanes;
-        for (int m = 0; m <= in.phase_degree; ++m) {
-          T* HWY_RESTRICT o = out + static_cast<std::size_t>(m) * lanes;
-          auto si = hn::LoadU(d, o);
-          auto sq = hn::Zero(d), su = hn::Zero(d);
-          for (int l = m; l <= in.phase_degree; ++l) {
-            const std::size_t i = moment_index(l, m);
-            const std::size_t row = static_cast<std::size_t>(l) * lanes + w;
-            const auto incoming = hn::LoadU(d, I + i * lanes);
-            auto scattered = hn::Mul(hn::LoadU(d, in.a1 + row), incoming);
-            if (in.polarised && l >= 2) {
-              const auto e = hn::LoadU(d, E + i * lanes);
-              const auto b1 = hn::LoadU(d, in.b1 + row);
-              scattered = hn::MulAdd(b1, e, scattered);
-              const auto es = hn::MulAdd(hn::LoadU(d, in.a2 + row), e, hn::Mul(b1, incoming));
-              const auto bs = hn::Mul(hn::LoadU(d, in.a3 + row), hn::LoadU(d, B + i * lanes));
-              const auto r = hn::Set(d, in.r[i]), t = hn::Set(d, in.t[i]);
-              sq = hn::MulAdd(r, es, hn::MulAdd(t, bs, sq));
-              su = hn::MulAdd(t, es, hn::MulAdd(r, bs, su));
-            }
-            si = hn::MulAdd(hn::Set(d, in.p[i]), scattered, si);
-          }
-          hn::StoreU(si, d, o);
-          if (in.polarised) {
-            hn::StoreU(hn::Add(hn::LoadU(d, o + block), sq), d, o + block);
-            hn::StoreU(hn::Add(hn::LoadU(d, o + 2 * block), su), d, o + 2 * block);
-          }
-        }
-      }
-    }
-  });
-}
 
 // What a pair sees at the point, one array of the scratch each.
 template <class T>
@@ -528,8 +443,6 @@ void AddMoments(const MomentInput<T>& in, T* HWY_RESTRICT coherency, T* HWY_REST
 }
 
 // Dispatch tables hold plain functions.
-void SourceModesF(const SourceModesInput<float>& in, float* modes) { SourceModes(in, modes); }
-void SourceModesD(const SourceModesInput<double>& in, double* modes) { SourceModes(in, modes); }
 void GatherModesF(const GatherInput<float>& in, float* out) { GatherModes(in, out); }
 void GatherModesD(const GatherInput<double>& in, double* out) { GatherModes(in, out); }
 void GatherBeamF(const BeamInput<float>& in, float* out) { GatherBeam(in, out); }
@@ -556,8 +469,6 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace twilight {
 
-HWY_EXPORT(SourceModesF);
-HWY_EXPORT(SourceModesD);
 HWY_EXPORT(GatherModesF);
 HWY_EXPORT(GatherModesD);
 HWY_EXPORT(GatherBeamF);
@@ -567,14 +478,6 @@ HWY_EXPORT(GatherGroundD);
 HWY_EXPORT(AddMomentsF);
 HWY_EXPORT(AddMomentsD);
 
-template <>
-void source_modes(const SourceModesInput<float>& in, float* modes) {
-  HWY_DYNAMIC_DISPATCH(SourceModesF)(in, modes);
-}
-template <>
-void source_modes(const SourceModesInput<double>& in, double* modes) {
-  HWY_DYNAMIC_DISPATCH(SourceModesD)(in, modes);
-}
 template <>
 void gather_modes(const GatherInput<float>& in, float* out) {
   HWY_DYNAMIC_DISPATCH(GatherModesF)(in, out);

@@ -1,4 +1,4 @@
-// Inner loops of the successive orders: sources in Fourier modes, gathered along rays.
+// Inner loops of the successive orders: light gathered along rays, and its moments.
 #pragma once
 
 #include <cstddef>
@@ -6,34 +6,6 @@
 #include "sim/emission_kernel.h"
 
 namespace twilight {
-
-/// Fourier modes in azimuth of the light that one point of a ray sends towards the ray's start,
-/// for every solar zenith node: I, then Q, then U (when polarised), modes 0..degree each,
-/// value[node][stokes][mode][lane]; the U mode 0 is unused. Q and U are those of the ray's
-/// vertical plane, which holds the Earth's centre and is the same at all its points.
-template <class T>
-struct SourceModesInput {
-  std::size_t nodes = 0, lanes = 0;
-  bool polarised = true;
-  T cos_theta = 1, sin_theta = 0;  ///< zenith angle of the look direction at the point
-  /// Air: coherency tensor [node][xx, yy, zz, xz][lane], depolarisation included, and
-  /// 3 / (8 pi) times the weight of air in the ray's integral, [lane].
-  const T* coherency = nullptr;
-  const T* air_weight = nullptr;
-  /// Aerosol, or null: moments [node][k][lane] with k over I, E, B each by moment_index; the
-  /// angular basis times (2 - delta_m0) / (4 pi); weighted expansion coefficients [l][lane].
-  int degree = 2;               ///< of the modes, >= 2
-  int phase_degree = 0;         ///< moments above it are left out
-  int stored_phase_degree = 0;  ///< of `moments`, at least phase_degree
-  const T* moments = nullptr;
-  const T *p = nullptr, *r = nullptr, *t = nullptr;
-  const T *a1 = nullptr, *b1 = nullptr, *a2 = nullptr, *a3 = nullptr;
-};
-
-template <class T>
-void source_modes(const SourceModesInput<T>& in, T* modes);
-template <class T>
-void source_modes_scalar(const SourceModesInput<T>& in, T* modes);
 
 /// Pairs rounded up to whole vectors: the size of the arrays of pairs.
 constexpr std::size_t padded_pairs(std::size_t pairs) { return (pairs + 15) / 16 * 16; }

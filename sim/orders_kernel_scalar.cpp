@@ -10,65 +10,6 @@
 namespace twilight {
 
 template <class T>
-void source_modes_scalar(const SourceModesInput<T>& in, T* modes) {
-  const auto degree = static_cast<std::size_t>(in.degree);
-  const std::size_t stokes = in.polarised ? 3 : 1, block = (degree + 1) * in.lanes;
-  const std::size_t count = moment_count(in.stored_phase_degree);
-  const double c = static_cast<double>(in.cos_theta), s = static_cast<double>(in.sin_theta);
-  for (std::size_t j = 0; j < in.nodes; ++j) {
-    for (std::size_t w = 0; w < in.lanes; ++w) {
-      T* out = modes + j * stokes * block + w;
-      const auto put = [&](std::size_t parameter, std::size_t m, double value) {
-        out[parameter * block + m * in.lanes] = static_cast<T>(value);
-      };
-      for (std::size_t q = 0; q < stokes; ++q) {
-        for (std::size_t m = 0; m <= degree; ++m) put(q, m, 0);
-      }
-      const auto C = [&](std::size_t k) {
-        return static_cast<double>(in.air_weight[w]) *
-               static_cast<double>(in.coherency[(j * 4 + k) * in.lanes + w]);
-      };
-      const double mean = (C(0) + C(1)) / 2, half = (C(0) - C(1)) / 2, zz = C(2), xz = C(3);
-      put(0, 0, (c * c + 1) * mean + s * s * zz);
-      put(0, 1, -2 * s * c * xz);
-      put(0, 2, -s * s * half);
-      if (in.polarised) {
-        put(1, 0, s * s * (zz - mean));
-        put(1, 1, -2 * s * c * xz);
-        put(1, 2, (c * c + 1) * half);
-        put(2, 1, 2 * s * xz);
-        put(2, 2, -2 * c * half);
-      }
-      if (in.moments == nullptr) continue;
-      const auto moment = [&](std::size_t field, std::size_t i) {
-        return static_cast<double>(in.moments[((j * stokes + field) * count + i) * in.lanes + w]);
-      };
-      for (int m = 0; m <= in.phase_degree; ++m) {
-        for (int l = m; l <= in.phase_degree; ++l) {
-          const std::size_t i = moment_index(l, m);
-          const std::size_t at = static_cast<std::size_t>(l) * in.lanes + w;
-          const auto a1 = static_cast<double>(in.a1[at]), b1 = static_cast<double>(in.b1[at]);
-          const auto a2 = static_cast<double>(in.a2[at]), a3 = static_cast<double>(in.a3[at]);
-          const bool vector = in.polarised && l >= 2;
-          const double I = moment(0, i), E = vector ? moment(1, i) : 0,
-                       B = vector ? moment(2, i) : 0;
-          const auto grow = [&](std::size_t parameter, double value) {
-            out[parameter * block + static_cast<std::size_t>(m) * in.lanes] +=
-                static_cast<T>(value);
-          };
-          grow(0, static_cast<double>(in.p[i]) * (a1 * I + b1 * E));
-          if (!vector) continue;
-          const double Es = b1 * I + a2 * E, Bs = a3 * B;
-          const auto r = static_cast<double>(in.r[i]), t = static_cast<double>(in.t[i]);
-          grow(1, r * Es + t * Bs);
-          grow(2, t * Es + r * Bs);
-        }
-      }
-    }
-  }
-}
-
-template <class T>
 void gather_modes_scalar(const GatherInput<T>& in, T* out) {
   const std::size_t stokes = in.polarised ? 3 : 1;
   const std::size_t block = mode_rows(in.stored_degree) * in.lanes;
@@ -200,8 +141,6 @@ void add_moments_scalar(const MomentInput<T>& in, T* coherency, T* moments) {
   }
 }
 
-template void source_modes_scalar(const SourceModesInput<float>&, float*);
-template void source_modes_scalar(const SourceModesInput<double>&, double*);
 template void gather_modes_scalar(const GatherInput<float>&, float*);
 template void gather_modes_scalar(const GatherInput<double>&, double*);
 template void gather_beam_scalar(const BeamInput<float>&, float*);

@@ -82,7 +82,7 @@ void OrdersSky::look(const RunControl& control) {
                          shares);
   }
 
-  const double height_km = model_.scene.observer.height_m * 1e-3;
+  const double height_km = observer_altitude_km(model_.scene);
   const double zenith = pi / 2 - model_.sun_elevation_rad;
   gather_ = std::make_unique<OrdersGather>(*atmosphere_, zenith, height_km);
   if (!rays_) rays_ = std::make_shared<ObserverRays>(*atmosphere_, height_km);
@@ -152,9 +152,8 @@ void OrdersSky::tabulate() const {
   const auto start = Clock::now();
   const double zenith = pi / 2 - model_.sun_elevation_rad;
   // Waiting for the table, a thread must not take up a view that waits for it too.
-  tbb::this_task_arena::isolate([&] {
-    table_ = std::make_unique<SkyTable>(*atmosphere_, *rays_, *gather_, zenith);
-  });
+  tbb::this_task_arena::isolate(
+      [&] { table_ = std::make_unique<SkyTable>(*atmosphere_, *rays_, *gather_, zenith); });
   summary_.stage_seconds.emplace_back("view interpolation", seconds_since(start));
   summary_.figures.emplace_back(
       "views interpolated between",
@@ -163,8 +162,7 @@ void OrdersSky::tabulate() const {
 }
 
 std::vector<double> OrdersSky::map_radiance(std::span<const ViewDirection> views) const {
-  if (!model_.scene.solver.view_interpolation ||
-      atmosphere_->kind_count() > SkyTable::kMostKinds) {
+  if (!model_.scene.solver.view_interpolation || atmosphere_->kind_count() > SkyTable::kMostKinds) {
     return radiance(views);
   }
   const std::size_t W = model_.medium.wavelengths();
@@ -230,7 +228,7 @@ Irradiance OrdersSky::irradiance() const {
   // then takes from it.
   const StokesRadiance sky = gather(views, OrdersGather::Light::kTruncated);
   Irradiance result{std::vector<double>(W), std::vector<double>(W)};
-  const double height_km = model_.scene.observer.height_m * 1e-3;
+  const double height_km = observer_altitude_km(model_.scene);
   const double zenith = pi / 2 - model_.sun_elevation_rad;
   std::vector<double> path(model_.medium.layers());
   for (std::size_t w = 0; w < W; ++w) {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "sim/aerosol_emission.h"
 #include "sim/angular_moments.h"
 #include "sim/emission_kernel.h"
 #include "sim/field_reference.h"
@@ -35,36 +36,6 @@ bool within_reach(const OrdersMedium& medium, const std::vector<double>& level_k
     if (optics.kind_present[i * optics.kinds + kind] != 0) return true;
   }
   return false;
-}
-
-// I' = a1 I + b1 E, E' = b1 I + a2 E, B' = a3 B over the trace.
-template <class T>
-void scatter_moments(const OrdersGrid<T>& grid, const TruncatedPhase& kind, int degree,
-                     const T* moments, const double* trace, T* scattered) {
-  const std::size_t lanes = grid.lanes, stored = moment_count(grid.moment_degree);
-  for (std::size_t j = 0; j < grid.nodes; ++j) {
-    const T* node = moments + j * grid.moments * lanes;
-    for (int m = 0; m <= degree; ++m) {
-      for (int l = m; l <= degree; ++l, scattered += grid.stokes * lanes) {
-        const T* I = node + moment_index(l, m) * lanes;
-        const std::size_t row = static_cast<std::size_t>(l) * lanes;
-        for (std::size_t w = 0; w < lanes; ++w) {
-          const double sum = trace[j * lanes + w];
-          if (!(sum > 0)) continue;
-          const double inverse = 1 / sum, i = inverse * static_cast<double>(I[w]);
-          if (grid.stokes == 1) {
-            scattered[w] = static_cast<T>(kind.a1[row + w] * i);
-            continue;
-          }
-          const double e = inverse * static_cast<double>(I[stored * lanes + w]);
-          const double b = inverse * static_cast<double>(I[2 * stored * lanes + w]);
-          scattered[w] = static_cast<T>(kind.a1[row + w] * i + kind.b1[row + w] * e);
-          scattered[lanes + w] = static_cast<T>(kind.b1[row + w] * i + kind.a2[row + w] * e);
-          scattered[2 * lanes + w] = static_cast<T>(kind.a3[row + w] * b);
-        }
-      }
-    }
-  }
 }
 
 }  // namespace
@@ -187,12 +158,16 @@ ScatteredSource<T> scattered_source(const OrdersGrid<T>& grid, const OrdersMediu
     divide_by_trace(level);
     refine_trace(grid.zenith, trace, lanes, lanes, 0, kFine, &source.reference[i * kFine * lanes]);
     if (i >= grid.aerosol_levels) return;
+    const ArrivingMoments<T> arriving{grid.nodes,
+                                      lanes,
+                                      grid.polarised,
+                                      grid.moment_degree,
+                                      &light.moments[i * all * grid.moments * lanes],
+                                      trace.data()};
     for (std::size_t q = 0; q < kinds; ++q) {
       const std::size_t at = source.scattered_at[i * kinds + q];
       if (at == ScatteredSource<T>::kAbsent) continue;
-      scatter_moments(grid, medium.kinds[q], source.phase_degree,
-                      &light.moments[i * all * grid.moments * lanes], trace.data(),
-                      &source.scattered[at]);
+      scatter_moments(arriving, medium.kinds[q], source.phase_degree, &source.scattered[at]);
     }
   });
   const std::vector<double> ground(light.ground.begin(), light.ground.end());

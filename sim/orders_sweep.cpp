@@ -11,6 +11,7 @@
 #include <numbers>
 #include <vector>
 
+#include "sim/aerosol_emission.h"
 #include "sim/angular_moments.h"
 #include "sim/emission_kernel.h"
 #include "sim/orders_kernel.h"
@@ -28,24 +29,6 @@ constexpr double kNegligibleModeShare = 1e-4;
 // Nodes of the phase functions of the beam, at equal steps of the cosine.
 constexpr std::size_t kPhaseNodes = 1025;
 constexpr std::size_t kFine = ZenithGrid::kFineSize;
-
-// The angular basis, the degrees of one mode side by side: times (2 - delta_m0) / (4 pi) where it
-// is for light `emitted`.
-template <class T>
-void fill_basis(int degree, double theta_rad, bool emitted, std::vector<T>& out) {
-  const AngularBasis basis = angular_basis(degree, theta_rad);
-  out.resize(3 * moment_count(degree));
-  std::size_t at = 0;
-  for (int m = 0; m <= degree; ++m) {
-    const double factor = emitted ? (m > 0 ? 2 : 1) / (4 * pi) : 1.0;
-    for (int l = m; l <= degree; ++l, at += 3) {
-      const std::size_t i = moment_index(l, m);
-      out[at] = static_cast<T>(factor * basis.p[i]);
-      out[at + 1] = static_cast<T>(factor * basis.r[i]);
-      out[at + 2] = static_cast<T>(factor * basis.t[i]);
-    }
-  }
-}
 
 // p11 and p12 of the truncated kinds, [kind][node][p11, p12][lane].
 template <class T>
@@ -284,8 +267,8 @@ class LevelSweep {
       for (std::size_t i = 0; i < kinds * lanes; ++i) {
         aerosol_weight_[n][i] = static_cast<T>(here[i]);
       }
-      fill_basis(source.phase_degree, path_[point.direction].samples[point.sample].zenith_rad, true,
-                 basis_[n]);
+      fill_mode_basis(source.phase_degree, path_[point.direction].samples[point.sample].zenith_rad,
+                      true, basis_[n]);
       in.basis[n] = basis_[n].data();
       in.modes[n] = modes_[n].data();
     }
@@ -335,7 +318,7 @@ class LevelSweep {
       in.weight[d] = static_cast<T>(2 * directions[d].weight * pi / static_cast<double>(azimuths));
       in.light[d] = out_[d].data();
       if (!aerosol) continue;
-      fill_basis(grid_.moment_degree, directions[d].zenith_rad, false, basis_[d]);
+      fill_mode_basis(grid_.moment_degree, directions[d].zenith_rad, false, basis_[d]);
       in.basis[d] = basis_[d].data();
     }
     add_moments(in, &light_.coherency[level_ * all * 4 * lanes],

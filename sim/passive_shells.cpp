@@ -16,13 +16,19 @@ std::vector<PassiveRing> passive_rings(const CellGrid& active, const CellGrid& a
   const double half_step = kPi / active.azimuth_divisions();
   const auto& shells = active.shells();
   const auto& rings = active.rings();
-  // Ring of an active shell at an elevation; npos where the shell has none there.
+  // Ring of an active shell at an elevation; npos where the shell has none there. Means of cells
+  // that ground or top cut through stand closer than half a step: the nearest.
   constexpr auto npos = static_cast<std::size_t>(-1);
   const auto find = [&](const CellShell& shell, double elevation) {
+    std::size_t nearest = npos;
+    double least = half_step;
     for (std::size_t i = shell.first_ring; i < shell.first_ring + shell.rings; ++i) {
-      if (std::abs(rings[i].elevation_rad - elevation) < half_step) return i;
+      const double away = std::abs(rings[i].elevation_rad - elevation);
+      if (away >= least) continue;
+      nearest = i;
+      least = away;
     }
-    return npos;
+    return nearest;
   };
   std::vector<PassiveRing> result(all.air_rings());
   for (std::size_t i = 0; i < all.air_rings(); ++i) {

@@ -19,7 +19,8 @@ namespace {
 
 constexpr std::size_t kMostWavelengths = 64;
 constexpr double kShortestAlbedoNm = 200.0, kLongestAlbedoNm = 2500.0;
-constexpr double kHighestObserverM = 4e7;  // above the geostationary orbit
+constexpr double kLowestObserverM = -500.0;  // the shore of the Dead Sea: -430 m
+constexpr double kHighestObserverM = 4e7;    // above the geostationary orbit
 
 // Remembers the first complaint and ignores the ones after it.
 class Checker {
@@ -146,15 +147,22 @@ void check_albedo(const EarthOptions& earth, Checker& check) {
 void check_height(const Scene& scene, Checker& check) {
   constexpr std::string_view kKey = "observer.height_m";
   const double height_m = scene.observer.height_m;
-  if (scene.solver.method != "cells") return check.range(kKey, height_m, 0.0, kHighestObserverM);
+  if (height_m < 0.0 && scene.atmosphere.optical_layers) {
+    return check.fail(kKey, fmt::format("= {}: must be at least 0, the bottom of the lowest layer, "
+                                        "where atmosphere.optical_layers is given",
+                                        height_m));
+  }
+  if (scene.solver.method != "cells") {
+    return check.range(kKey, height_m, kLowestObserverM, kHighestObserverM);
+  }
   const double height_km = height_m / 1000.0, top_km = scene.atmosphere.top_km;
   // A user's own layers bring their own top, which is looked at where they are read.
-  if (!(height_km >= 0.0 && (height_km < top_km || scene.atmosphere.optical_layers) &&
+  if (!(height_m >= kLowestObserverM && (height_km < top_km || scene.atmosphere.optical_layers) &&
         height_km < 200.0)) {
-    check.fail(kKey, fmt::format("= {}: must be 0 up to below the top of the atmosphere, "
+    check.fail(kKey, fmt::format("= {}: must be {} up to below the top of the atmosphere, "
                                  "1000 * atmosphere.top_km = {}, where solver.method is \"cells\", "
                                  "whose cells surround the observer",
-                                 height_m, 1000.0 * top_km));
+                                 height_m, kLowestObserverM, 1000.0 * top_km));
   }
 }
 
@@ -192,7 +200,7 @@ void check_medium(const Scene& scene, Checker& check) {
                 "antarctic"});
   check.range("aerosols.relative_humidity_percent", scene.aerosols.relative_humidity_percent, 0.0,
               99.0);
-  check.range("aerosols.optical_depth_550nm", scene.aerosols.optical_depth_550nm, 0.0, 10.0);
+  check.range("aerosols.optical_depth_550nm", scene.aerosols.optical_depth_550nm, 0.0, 100.0);
   if (scene.aerosols.type == "none" && scene.aerosols.optical_depth_550nm.value_or(0.0) > 0.0) {
     check.fail("aerosols.optical_depth_550nm",
                fmt::format("= {}: must be 0 or unset where aerosols.type is \"none\"",
@@ -277,10 +285,10 @@ void check_budget(const Scene& scene, Checker& check) {
 void check_solver(const Scene& scene, Checker& check) {
   const SolverOptions& solver = scene.solver;
   check.one_of("solver.method", solver.method, {"cells", "orders", "monte-carlo"});
-  if (solver.azimuth_divisions < 8 || solver.azimuth_divisions > 360 ||
+  if (solver.azimuth_divisions < 4 || solver.azimuth_divisions > 360 ||
       solver.azimuth_divisions % 2 != 0) {
     check.fail("solver.azimuth_divisions",
-               fmt::format("= {}: must be even, 8..360", solver.azimuth_divisions));
+               fmt::format("= {}: must be even, 4..360", solver.azimuth_divisions));
   }
   check.range("solver.scattering_orders", solver.scattering_orders, 1, 500);
   check.range("solver.active_shell_stride", solver.active_shell_stride, 1, 32);
@@ -324,6 +332,14 @@ void check_output(const OutputOptions& output, Checker& check) {
 }
 
 }  // namespace
+
+double observer_altitude_km(const Scene& scene) {
+  return std::max(0.0, 1e-3 * scene.observer.height_m);
+}
+
+double ground_depth_km(const Scene& scene) {
+  return std::max(0.0, -1e-3 * scene.observer.height_m);
+}
 
 bool polarised(const Scene& scene) {
   return scene.solver.polarisation.value_or(scene.solver.method != "cells");

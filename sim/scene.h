@@ -13,7 +13,9 @@ namespace twilight {
 struct ObserverOptions {
   std::optional<double> latitude_deg;   ///< geodetic (WGS84), -90..90
   std::optional<double> longitude_deg;  ///< east positive, -180..360
-  /// Above the ground sphere; 0 = sea level. Below the top for "cells", else to 4e7 (orbit).
+  /// Above sea level, the ground of the model. From -500: below sea level the observer stands on
+  /// the ground, which lies at that height all around, and the air goes on down to it (Death
+  /// Valley, -86 m; the Dead Sea, -430 m). Below the top for "cells", else to 4e7 (orbit).
   double height_m = 0.0;
   std::optional<std::string> time;  ///< RFC 3339 with offset, "2003-12-08T17:00:00+01:00"
 };
@@ -76,7 +78,7 @@ struct AerosolOptions {
   /// maritime_tropical, arctic, antarctic
   std::string type = "continental_average";
   double relative_humidity_percent = 80.0;    ///< of the mixing layer, 0..99
-  std::optional<double> optical_depth_550nm;  ///< 0..10: scales the whole aerosol column to this
+  std::optional<double> optical_depth_550nm;  ///< 0..100: scales the whole aerosol column to this
   /// "mie" (the mixture's scattering matrix, with polarisation) or "henyey-greenstein". Unset:
   /// "mie", "henyey-greenstein" for "cells", which know no other, and for optical_layers.
   std::optional<std::string> phase;
@@ -98,7 +100,7 @@ struct SolverOptions {
   /// "cells" (the paper), "orders" (the reference: successive orders on the plane of altitude and
   /// solar zenith angle) or "monte-carlo" (the independent judge).
   std::string method = "cells";
-  int azimuth_divisions = 120;  ///< S, even, 8..360; 120 = the paper's 3 degrees
+  int azimuth_divisions = 120;  ///< S, even, 4..360; 120 = the paper's 3 degrees
   /// Scattering events followed, 1..500. Unset: 8 for "cells"; for "orders" until the rest is
   /// below order_tolerance; for "monte-carlo" until roulette ends the path.
   std::optional<int> scattering_orders;
@@ -187,6 +189,11 @@ struct SceneProblem {
   std::string key;
   std::string message;
 };
+
+/// The observer's height above the ground of the model, km: 0 below sea level.
+double observer_altitude_km(const Scene& scene);
+/// How far that ground lies below sea level, km: 0 for an observer above it.
+double ground_depth_km(const Scene& scene);
 
 /// The options as the scene's method takes them where they are unset.
 bool polarised(const Scene& scene);

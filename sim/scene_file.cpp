@@ -37,8 +37,8 @@ constexpr SceneKey kKeys[] = {
     {"observer.longitude_deg", TWILIGHT_FIELD(observer.longitude_deg),
      "degrees east, -180..360"},
     {"observer.height_m", TWILIGHT_FIELD(observer.height_m),
-     "metres above the ground sphere (0 = on the ground, at sea level): below the top for cells, "
-     "0..40000000 (orbit) for orders and monte-carlo"},
+     "metres above sea level (0 = on the ground), from -500 (then the ground lies there too): below "
+     "the top for cells, to 40000000 (orbit) for orders and monte-carlo"},
     {"observer.time", TWILIGHT_FIELD(observer.time),
      "offset date-time, as 2003-12-08T17:00:00+01:00"},
 
@@ -101,7 +101,7 @@ constexpr SceneKey kKeys[] = {
     {"aerosols.relative_humidity_percent", TWILIGHT_FIELD(aerosols.relative_humidity_percent),
      "of the mixing layer, 0..99"},
     {"aerosols.optical_depth_550nm", TWILIGHT_FIELD(aerosols.optical_depth_550nm),
-     "0..10: scales the aerosol column to this optical depth; auto: the type's own", "auto"},
+     "0..100: scales the aerosol column to this optical depth; auto: the type's own", "auto"},
     {"aerosols.phase", TWILIGHT_FIELD(aerosols.phase),
      "mie (the mixture's scattering matrix, polarised), or henyey-greenstein; auto: mie, "
      "henyey-greenstein for cells and optical_layers, which know no other", "auto"},
@@ -122,7 +122,7 @@ constexpr SceneKey kKeys[] = {
      "cells (the paper's exchange between cells around the observer), orders (the reference: "
      "successive orders of scattering, polarised), or monte-carlo (the independent judge)"},
     {"solver.azimuth_divisions", TWILIGHT_FIELD(solver.azimuth_divisions),
-     "cells: around a ring, even, 8..360; 120 = 3 degrees"},
+     "cells: around a ring, even, 4..360; 120 = 3 degrees"},
     {"solver.scattering_orders", TWILIGHT_FIELD(solver.scattering_orders),
      "scattering events followed, 1..500; auto: 8 for cells, until order_tolerance for orders, "
      "until roulette ends the path for monte-carlo", "auto"},

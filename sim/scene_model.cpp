@@ -154,6 +154,7 @@ SceneModel build_scene_model(const Scene& scene, KnownPhases* known) {
     air.refraction = scene.atmosphere.refraction;
     air.depolarisation = scene.atmosphere.depolarisation;
     air.earth_radius_km = radius_km;
+    air.ground_depth_km = ground_depth_km(scene);
     for (const AerosolLayer& a : aerosols) {
       if (a.top_km < air.top_km) air.snap_boundaries_km.push_back(a.top_km);
     }

@@ -214,7 +214,7 @@ class Pilot {
   static double darkest_zenith_deg(const SceneModel& model) {
     constexpr double kTopKm = 70, kSpareDeg = 9, kDayStepDeg = 4, kFineFromDeg = 79;
     const double R = model.medium.earth_radius_km;
-    const double height_km = model.scene.observer.height_m * 1e-3;
+    const double height_km = observer_altitude_km(model.scene);
     const double reach = std::acos(R / (R + height_km)) + std::acos(R / (R + kTopKm));
     const double lit = (pi / 2 - model.sun_elevation_rad + reach) / kRadPerDeg + kSpareDeg;
     const double nodes = 2 * kDayStepDeg * std::clamp((kFineFromDeg + 8 - lit) / 8, 0.0, 1.0);
@@ -418,7 +418,7 @@ bool can_leave_out(const Scene& scene, Effect effect) {
   const bool own_layers = air.optical_layers.has_value();
   const bool particles =
       !own_layers && aerosols.type != "none" && aerosols.optical_depth_550nm.value_or(1.0) > 0;
-  const double height_km = scene.observer.height_m * 1e-3;
+  const double height_km = observer_altitude_km(scene);
   switch (effect) {
     case Effect::kRefraction:
       return !own_layers && air.refraction;

@@ -50,7 +50,7 @@ class SkyTable {
  public:
   /// Relative error of an interval's middle, before it becomes a node itself, at which its halves
   /// are bisected too. The error left is a tenth of it, see sim/README.md.
-  static constexpr double kTolerance = 4e-4;
+  static constexpr double kTolerance = 3e-4;
   /// Aerosols of more kinds are looked at direction by direction.
   static constexpr std::size_t kMostKinds = 12;
 

@@ -87,22 +87,31 @@ void AddBeam(const BeamPath& in, float* light, float* place) {
   const D d;
   const std::size_t L = in.lanes, S = in.scatterers;
   const auto night = hn::Set(d, SunlitAir::kNight), least = hn::Set(d, -85.0F);
-  const auto zero = hn::Zero(d);
+  const auto zero = hn::Zero(d), one = hn::Set(d, 1.0F);
   const auto bright = [&](auto x) HWY_ATTR {
     return hn::IfThenElse(hn::Gt(x, night), hn::Exp(d, hn::Max(x, least)), zero);
   };
   for (std::size_t k = 0; k < in.windows; ++k) {
     const BeamTaps& t = in.taps[k];
     for (std::size_t w = 0; w < L; w += hn::Lanes(d)) {
-      const auto a = hn::LoadU(d, t.sun.logarithm[0][0] + w);
-      const auto b = hn::LoadU(d, t.sun.logarithm[0][1] + w);
-      const auto c = hn::LoadU(d, t.sun.logarithm[1][0] + w);
-      const auto e = hn::LoadU(d, t.sun.logarithm[1][1] + w);
       const auto move =
           hn::Mul(hn::Set(d, t.share_per_rad), hn::LoadU(d, in.angle_shift + k * L + w));
       const auto f = hn::Add(hn::Set(d, t.above), hn::LoadU(d, in.above_shift + k * L + w));
-      const auto g0 = hn::Add(hn::Set(d, t.sun.share[0]), move);
-      const auto g1 = hn::Add(hn::Set(d, t.sun.share[1]), move);
+      auto a = zero, b = zero, c = zero, e = zero, g0 = zero, g1 = zero;
+      // Lanes whose own place has moved past a point take the next pair of points.
+      const auto row = [&](std::size_t r, auto& from, auto& to, auto& g) HWY_ATTR {
+        g = hn::Add(hn::Set(d, t.sun.share[r]), move);
+        const auto p1 = hn::LoadU(d, t.sun.logarithm[r][1] + w);
+        const auto p2 = hn::LoadU(d, t.sun.logarithm[r][2] + w);
+        const auto below = hn::Lt(g, zero), beyond = hn::Gt(g, one);
+        from = hn::IfThenElse(below, hn::LoadU(d, t.sun.logarithm[r][0] + w),
+                              hn::IfThenElse(beyond, p2, p1));
+        to = hn::IfThenElse(below, p1,
+                            hn::IfThenElse(beyond, hn::LoadU(d, t.sun.logarithm[r][3] + w), p2));
+        g = hn::IfThenElse(below, hn::Add(g, one), hn::IfThenElse(beyond, hn::Sub(g, one), g));
+      };
+      row(0, a, b, g0);
+      row(1, c, e, g1);
       const auto dark = hn::Le(hn::Min(hn::Min(a, b), hn::Min(c, e)), night);
       const auto low = hn::MulAdd(g0, hn::Sub(b, a), a), high = hn::MulAdd(g1, hn::Sub(e, c), c);
       auto beam = hn::Exp(d, hn::Max(hn::MulAdd(f, hn::Sub(high, low), low), least));
@@ -269,19 +278,23 @@ void add_beam_scalar(const BeamPath& in, float* light, float* place) {
   for (std::size_t k = 0; k < in.windows; ++k) {
     const BeamTaps& t = in.taps[k];
     for (std::size_t w = 0; w < L; ++w) {
-      const auto log_at = [&](std::size_t r, std::size_t g) { return t.sun.logarithm[r][g][w]; };
-      const bool dark =
-          std::min({log_at(0, 0), log_at(0, 1), log_at(1, 0), log_at(1, 1)}) <= SunlitAir::kNight;
       const double move = wide(t.share_per_rad) * wide(in.angle_shift[k * L + w]);
       const double f = wide(t.above) + wide(in.above_shift[k * L + w]);
-      double row[2];
+      float pair[2][2];
+      double g[2], row[2];
       for (std::size_t r = 0; r < 2; ++r) {
-        double a = wide(log_at(r, 0)), b = wide(log_at(r, 1));
-        if (dark) {
-          a = log_at(r, 0) > SunlitAir::kNight ? std::exp(a) : 0.0;
-          b = log_at(r, 1) > SunlitAir::kNight ? std::exp(b) : 0.0;
-        }
-        row[r] = a + (wide(t.sun.share[r]) + move) * (b - a);
+        g[r] = wide(t.sun.share[r]) + move;
+        const std::size_t first = g[r] < 0 ? 0 : g[r] > 1 ? 2 : 1;
+        g[r] += 1 - static_cast<double>(first);
+        for (std::size_t q = 0; q < 2; ++q) pair[r][q] = t.sun.logarithm[r][first + q][w];
+      }
+      const bool dark =
+          std::min({pair[0][0], pair[0][1], pair[1][0], pair[1][1]}) <= SunlitAir::kNight;
+      for (std::size_t r = 0; r < 2; ++r) {
+        const auto value = [&](float x) {
+          return !dark ? wide(x) : x > SunlitAir::kNight ? std::exp(wide(x)) : 0.0;
+        };
+        row[r] = value(pair[r][0]) + g[r] * (value(pair[r][1]) - value(pair[r][0]));
       }
       const double mixed = row[0] + f * (row[1] - row[0]);
       const double beam = dark ? std::max(mixed, 0.0) : std::exp(std::max(mixed, -85.0));

@@ -8,7 +8,7 @@
 namespace twilight {
 
 /// Multiply scattered light that one point of a ray sends to its start, I alone, in Fourier modes
-/// of azimuth: what source_modes() of sim/orders_kernel.h gives as its first Stokes parameter.
+/// of azimuth: what air_modes() and add_aerosol_modes() give as their first Stokes parameter.
 struct EmissionInput {
   std::size_t nodes = 0, lanes = 0;
   float cos_theta = 1, sin_theta = 0;
@@ -56,7 +56,7 @@ struct BeamPath {
   const float* scatter = nullptr;                              ///< [window][scatterer][lane]
   const float *above_shift = nullptr, *angle_shift = nullptr;  ///< [window][lane]
 };
-constexpr float kNightBeam = 1e-9F;
+constexpr float kNightBeam = 1e-15F;
 void add_beam(const BeamPath& in, float* light, float* place);
 void add_beam_scalar(const BeamPath& in, float* light, float* place);
 

@@ -81,8 +81,11 @@ SunlitAir::Taps SunlitAir::taps(const Place& place, double solar_zenith_rad) con
     const double g = u - static_cast<double>(k);
     const std::size_t at = (place.row + r) * count_ + k;
     taps.share[r] = static_cast<float>(g);
-    taps.logarithm[r][0] = &logarithm_[at * lanes_];
-    taps.logarithm[r][1] = taps.logarithm[r][0] + lanes_;
+    const float* here = &logarithm_[at * lanes_];
+    taps.logarithm[r][0] = k > 0 ? here - lanes_ : here;
+    taps.logarithm[r][1] = here;
+    taps.logarithm[r][2] = here + lanes_;
+    taps.logarithm[r][3] = k + 2 < count_ ? here + 2 * lanes_ : here + lanes_;
     bending[r] =
         std::lerp(static_cast<double>(bending_[at]), static_cast<double>(bending_[at + 1]), g);
   }
@@ -97,8 +100,8 @@ bool SunlitAir::beam(double altitude_km, double solar_zenith_rad, float* beam) c
   const float* g = t.share;
   bool lit = false;
   for (std::size_t w = 0; w < lanes_; ++w) {
-    const float a = t.logarithm[0][0][w], b = t.logarithm[0][1][w];
-    const float c = t.logarithm[1][0][w], e = t.logarithm[1][1][w];
+    const float a = t.logarithm[0][1][w], b = t.logarithm[0][2][w];
+    const float c = t.logarithm[1][1][w], e = t.logarithm[1][2][w];
     if (std::min(std::min(a, b), std::min(c, e)) > kNight) {
       beam[w] = std::exp(f0 * (a + g[0] * (b - a)) + f1 * (c + g[1] * (e - c)));
       lit = true;

@@ -31,10 +31,11 @@ class SunlitAir {
   };
   Place place(double altitude_km) const;
 
-  /// Logarithms of the beam at four points, [row][zenith angle]; kNight where it is dark.
+  /// Logarithms of the beam, [row][zenith angle], at the two points about the place and one beyond
+  /// on either side; kNight where it is dark.
   struct Taps {
-    const float* logarithm[2][2];  ///< [lane] each
-    float share[2];                ///< of the second zenith angle, per row
+    const float* logarithm[2][4];  ///< [lane] each
+    float share[2];                ///< of the third zenith angle (the rest: second), per row
     double bending_rad;            ///< geometric less apparent zenith angle of the Sun
   };
   Taps taps(const Place& place, double solar_zenith_rad) const;

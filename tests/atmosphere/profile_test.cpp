@@ -20,6 +20,21 @@ TEST(Profile, GivesItsLevels) {
   EXPECT_DOUBLE_EQ(level.nitrogen_dioxide_per_cm3, 2.04404e8);
 }
 
+// U.S. Standard Atmosphere 1976, table I, geometric height -500 m: 291.400 K, 1074.78 hPa,
+// 1.28490 kg m^-3 (1.225 and 1013.25 hPa at sea level).
+TEST(Profile, GoesOnBelowTheSea) {
+  const Profile sea = Profile::named("us_standard");
+  const Profile low = sea.over_ground_below_sea(0.5);
+  EXPECT_DOUBLE_EQ(low.top_km(), 120.5);
+  EXPECT_NEAR(low.at(0.0).pressure_hpa / sea.at(0.0).pressure_hpa, 1074.78 / 1013.25, 2e-3);
+  EXPECT_NEAR(low.at(0.0).temperature_k, 291.4, 0.15);
+  EXPECT_NEAR(low.at(0.0).air_per_cm3 / sea.at(0.0).air_per_cm3, 1.28490 / 1.225, 2e-3);
+  EXPECT_NEAR(low.at(0.5 + 7.3).air_per_cm3 / sea.at(7.3).air_per_cm3, 1, 1e-12);
+  EXPECT_NEAR(low.at(0.5 - 1e-9).air_per_cm3 / sea.at(0.0).air_per_cm3, 1, 1e-8);
+  EXPECT_THROW(sea.over_ground_below_sea(1.1), std::invalid_argument);
+  EXPECT_THROW(sea.over_ground_below_sea(-0.1), std::invalid_argument);
+}
+
 // p = n k T; the tables are rounded to 3..5 digits, fewer above 85 km, where they stop being of
 // one mean molecular mass.
 TEST(Profile, ObeysTheIdealGasLaw) {

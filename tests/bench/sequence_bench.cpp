@@ -1,4 +1,4 @@
-// Maps of many Suns from one solved field, as a table: sequence_bench [RUNS [FIELD.nc]]
+// Maps of many Suns from one solved field, as a table: sequence_bench [RUNS [FIELD.nc [FRAMES]]]
 // A field file that does not exist is written, one that does is read.
 #include <fmt/format.h>
 #include <sys/resource.h>
@@ -74,7 +74,7 @@ std::vector<ViewDirection> latlong(int size) {
   return views;
 }
 
-int run(int runs, const std::filesystem::path& file) {
+int run(int runs, const std::filesystem::path& file, int count) {
   const SceneModel model = build_scene_model(scene());
   fmt::print("{} hardware threads, {} runs each, {} wavelengths, {}\n\n",
              std::thread::hardware_concurrency(), runs, model.medium.wavelengths(),
@@ -103,14 +103,13 @@ int run(int runs, const std::filesystem::path& file) {
     row(fmt::format("further Sun {} deg, 1024 x 512 lat-long", sun).c_str(), spent);
   }
 
-  constexpr int kFrames = 240;
   const auto folder = std::filesystem::temp_directory_path() /
                       fmt::format("twilight-sequence-{}", static_cast<long>(::getpid()));
   std::filesystem::create_directory(folder);
   std::vector<SequenceFrame> frames;
-  for (int k = 0; k < kFrames; ++k) {
+  for (int k = 0; k < count; ++k) {
     // The Sun's azimuth moves, too: no map has the symmetry that halves its pixels.
-    const double x = static_cast<double>(k) / (kFrames - 1);
+    const double x = static_cast<double>(k) / std::max(1, count - 1);
     frames.push_back({(5 - 17 * x) * kRadPerDeg, (232 + 18 * x) * kRadPerDeg,
                       folder / fmt::format("{:04}.exr", k)});
   }
@@ -122,7 +121,7 @@ int run(int runs, const std::filesystem::path& file) {
   for (int k = 0; k < runs; ++k) {
     spent.push_back(timed([&] { write_sky_sequence(*sky, integrator, MapSettings{}, frames); }));
   }
-  row("240 frames, 512 x 512 hemisphere, Sun 5 to -12 deg, EXR", spent);
+  row(fmt::format("{} frames, 512 x 512 hemisphere, Sun 5 to -12 deg, EXR", count).c_str(), spent);
   std::filesystem::remove_all(folder);
   return EXIT_SUCCESS;
 }
@@ -132,7 +131,8 @@ int run(int runs, const std::filesystem::path& file) {
 
 int main(int argc, char** argv) try {
   const int runs = argc > 1 ? std::max(1, std::atoi(argv[1])) : 5;
-  return twilight::run(runs, argc > 2 ? argv[2] : "");
+  return twilight::run(runs, argc > 2 ? argv[2] : "",
+                       argc > 3 ? std::max(1, std::atoi(argv[3])) : 240);
 } catch (const std::exception& error) {
   fmt::print(stderr, "sequence_bench: {}\n", error.what());
   return EXIT_FAILURE;

@@ -8,6 +8,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <iostream>
@@ -42,14 +43,42 @@ Work rendered(const std::string& name, const std::string& scene,
   return work;
 }
 
+/// default.toml by the method "orders" at the paper's eight wavelengths.
+std::vector<std::string> by_orders(std::vector<std::string> arguments) {
+  for (const char* setting :
+       {"solver.method=orders",
+        "spectrum.wavelengths_nm=[380,428.5714,477.1429,525.7143,574.2857,622.8571,671.4286,720]",
+        "output.projection=latlong"}) {
+    arguments.insert(arguments.end(), {"--set", setting});
+  }
+  return arguments;
+}
+
 /// The rows of the standard table: add yours here.
 std::vector<Work> standard_work() {
   const std::string paper = std::string(kConfigs) + "haber2005.toml";
-  return {
+  const std::string scene = std::string(kConfigs) + "default.toml";
+  std::vector<Work> work{
       rendered("haber2005.toml", paper),
       rendered("haber2005.toml, every shell", paper, {"solver.active_shell_stride=1"}),
-      rendered("default.toml", std::string(kConfigs) + "default.toml"),
+      rendered("default.toml", scene),
+      {"orders: solve, 8 wavelengths, polarised, aerosols, all Suns",
+       by_orders({"solve", scene, "--quiet", "-o", "{}/field.nc"})},
+      {"orders: the same, clear air",
+       by_orders({"solve", scene, "--quiet", "-o", "{}/field.nc", "--set", "aerosols.type=none"})},
+      {"orders: further Sun from the field's file, 1024 x 512",
+       by_orders({"render", scene, "--quiet", "-o", "{}/sky.exr", "--field", "{}/field.nc"}),
+       by_orders({"solve", scene, "--quiet", "-o", "{}/field.nc"})},
   };
+  for (const char* wavelength : {"400", "550", "700"}) {
+    work.push_back(
+        {std::string("monte-carlo: zenith, Sun -6 deg, 1 %, ") + wavelength + " nm",
+         {"radiance", std::string(kConfigs) + "sun_elevation.toml", "--quiet", "--set",
+          "sun.elevation_deg=-6", "--set", "solver.method=monte-carlo", "--set",
+          "aerosols.type=continental_average", "--set",
+          std::string("spectrum.wavelengths_nm=[") + wavelength + "]", "--view", "90,0"}});
+  }
+  return work;
 }
 
 struct Run {
@@ -72,6 +101,8 @@ Run run_program(std::vector<std::string> arguments, const std::string& folder) {
   const pid_t child = ::fork();
   if (child < 0) throw std::runtime_error("cannot start a process");
   if (child == 0) {
+    // What the program prints is not part of the table.
+    if (std::freopen("/dev/null", "w", stdout) == nullptr) ::_exit(126);
     ::execv(TWILIGHT_PROGRAM, argv.data());
     ::_exit(127);
   }

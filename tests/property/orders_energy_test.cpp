@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <functional>
+#include <memory>
 #include <numbers>
 #include <vector>
 
@@ -136,14 +137,18 @@ class OrdersEnergy : public testing::Test {
   // Light that leaves through the top, by an observer there who looks down under every Sun.
   static void find_space() {
     const double R = medium_->earth_radius_km, top = R + kTop_km;
-    OrdersGather::Inputs in;
-    in.medium = medium_;
-    in.optics = optics_;
-    in.field = field_;
-    in.sunlight = sunlight_;
-    in.options = *options_;
-    in.observer_altitude_km = kTop_km;
-    in.reach_rad = 2 * std::acos(R / top) + 0.05;
+    SceneModel model;
+    model.medium = *medium_;
+    model.ground_albedo = kAlbedo;
+    Scene& scene = model.scene;
+    scene.atmosphere.refractive_spreading = false;
+    scene.sun.disc_average = options_->disc_average;
+    scene.solver.method = "orders";
+    scene.solver.zenith_step_deg = options_->zenith_step_deg;
+    scene.solver.altitude_levels = options_->altitude_levels;
+    scene.solver.phase_degree = options_->phase_degree;
+    RunSummary summary;
+    const OrdersAtmosphere atmosphere(model, std::make_shared<OrdersField>(*field_), {}, summary);
     const double dip = std::acos(R / top), edge = std::sin(dip);
     struct View {
       double elevation, weight;
@@ -163,8 +168,7 @@ class OrdersEnergy : public testing::Test {
     for (int k = 0; k < 4; ++k) {
       for (const GaussNode& g :
            gauss_legendre(nodes[k], edges[k] * kDegree, edges[k + 1] * kDegree)) {
-        in.solar_zenith_rad = g.x;
-        const OrdersGather gather(in);
+        const OrdersGather gather(atmosphere, g.x, kTop_km);
         for (const View& view : views) {
           for (int a = 0; a < kAzimuths; ++a) {
             const auto light = gather.view(view.elevation, (a + 0.5) * pi / kAzimuths,

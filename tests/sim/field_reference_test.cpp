@@ -8,6 +8,7 @@
 
 #include "sim/aerosol_emission.h"
 #include "sim/angular_moments.h"
+#include "sim/emission_kernel.h"
 
 namespace twilight {
 namespace {
@@ -79,35 +80,48 @@ TEST(FieldReference, DarkTensorsStayZero) {
   EXPECT_EQ(relative, std::vector<double>(8, 0.0));
 }
 
-TEST(AerosolEmission, CoefficientsAreWeightedSums) {
-  constexpr int kDegree = 3;
-  constexpr std::size_t kLanes = 2, kSize = (kDegree + 1) * kLanes;
-  std::vector<TruncatedPhase> kinds(2);
-  for (std::size_t q = 0; q < 2; ++q) {
-    const double x = static_cast<double>(q);
-    kinds[q] = {std::vector<double>(kSize, 1 + x), std::vector<double>(kSize, 2 + x),
-                std::vector<double>(kSize, 3 + x), std::vector<double>(kSize, 4 + x),
-                std::vector<double>(kLanes, 0.0)};
+// Siewert's diagonal in (l, m), over the trace, in the order of the emission kernels.
+TEST(AerosolEmission, MomentsAreScatteredByExpansionCoefficients) {
+  constexpr int kDegree = 2, kStored = 3;
+  constexpr std::size_t kLanes = 2;
+  TruncatedPhase kind;
+  for (int l = 0; l <= kStored; ++l) {
+    for (std::size_t w = 0; w < kLanes; ++w) {
+      const double x = l + 10.0 * static_cast<double>(w);
+      kind.a1.push_back(1 + x);
+      kind.a2.push_back(2 + x);
+      kind.a3.push_back(3 + x);
+      kind.b1.push_back(4 + x);
+    }
   }
-  AerosolEmission<float> emission(kinds, kDegree, kLanes);
-  const std::vector<double> none(4, 0.0), some = {0.5, 0, 0.25, 1};
-  EXPECT_FALSE(emission.weigh(none.data()));
-  ASSERT_TRUE(emission.weigh(some.data()));
-  SourceModesInput<float> in;
-  const float moment = 0;
-  emission.emit(0.7, 1, &moment, in);
-  EXPECT_EQ(in.degree, 2);
-  EXPECT_EQ(in.phase_degree, 1);
-  EXPECT_EQ(in.stored_phase_degree, kDegree);
-  for (std::size_t l = 0; l <= kDegree; ++l) {
-    EXPECT_FLOAT_EQ(in.a1[l * kLanes], 0.5F * 1 + 0.25F * 2);
-    EXPECT_FLOAT_EQ(in.a3[l * kLanes + 1], 1.0F * 5);
+  std::vector<double> moments;
+  for (std::size_t i = 0; i < 3 * moment_count(kStored) * kLanes; ++i) {
+    moments.push_back(0.1 * static_cast<double>(i));
   }
-  const AngularBasis basis = angular_basis(kDegree, 0.7);
-  EXPECT_FLOAT_EQ(in.p[moment_index(3, 0)],
-                  static_cast<float>(basis.p[moment_index(3, 0)] / (4 * std::numbers::pi)));
-  EXPECT_FLOAT_EQ(in.r[moment_index(3, 2)],
-                  static_cast<float>(basis.r[moment_index(3, 2)] / (2 * std::numbers::pi)));
+  const std::vector<double> trace = {2.0, 0.0};
+  ArrivingMoments<double> arriving{1, kLanes, true, kStored, moments.data(), trace.data()};
+  std::vector<double> scattered(3 * moment_count(kDegree) * kLanes, -7.0);
+  scatter_moments(arriving, kind, kDegree, scattered.data());
+  const std::size_t from = moment_index(2, 1), to = mode_major_index(kDegree, 2, 1);
+  const auto moment = [&](std::size_t field) {
+    return moments[(field * moment_count(kStored) + from) * kLanes] / 2;
+  };
+  EXPECT_DOUBLE_EQ(scattered[to * 3 * kLanes], 3 * moment(0) + 6 * moment(1));
+  EXPECT_DOUBLE_EQ(scattered[(to * 3 + 1) * kLanes], 6 * moment(0) + 4 * moment(1));
+  EXPECT_DOUBLE_EQ(scattered[(to * 3 + 2) * kLanes], 5 * moment(2));
+  EXPECT_EQ(scattered[to * 3 * kLanes + 1], -7.0) << "night is left alone";
+}
+
+TEST(AerosolEmission, BasisCountsBothSignsOfAMode) {
+  std::vector<double> emitted, arriving;
+  fill_mode_basis(3, 0.7, true, emitted);
+  fill_mode_basis(3, 0.7, false, arriving);
+  const AngularBasis basis = angular_basis(3, 0.7);
+  const std::size_t mean = 3 * mode_major_index(3, 3, 0), wave = 3 * mode_major_index(3, 3, 2);
+  EXPECT_DOUBLE_EQ(arriving[mean], basis.p[moment_index(3, 0)]);
+  EXPECT_DOUBLE_EQ(arriving[wave + 1], basis.r[moment_index(3, 2)]);
+  EXPECT_DOUBLE_EQ(emitted[mean], basis.p[moment_index(3, 0)] / (4 * std::numbers::pi));
+  EXPECT_DOUBLE_EQ(emitted[wave + 2], basis.t[moment_index(3, 2)] / (2 * std::numbers::pi));
 }
 
 }  // namespace

@@ -58,13 +58,13 @@ TEST(Scene, EveryNumberIsKeptToItsClosedRange) {
       {"atmosphere.ozone_du", 0, 1000, [](Scene& s, double v) { s.atmosphere.ozone_du = v; }},
       {"aerosols.relative_humidity_percent", 0, 99,
        [](Scene& s, double v) { s.aerosols.relative_humidity_percent = v; }},
-      {"aerosols.optical_depth_550nm", 0, 10,
+      {"aerosols.optical_depth_550nm", 0, 100,
        [](Scene& s, double v) { s.aerosols.optical_depth_550nm = v; }},
       {"solver.inner_radius_m", 1, 10000, [](Scene& s, double v) { s.solver.inner_radius_m = v; }},
       {"solver.cell_height_km", 0, 200, [](Scene& s, double v) { s.solver.cell_height_km = v; }},
       {"atmosphere.layers", 1, 500,
        [](Scene& s, double v) { s.atmosphere.layers = static_cast<int>(v); }},
-      {"solver.azimuth_divisions", 8, 360,
+      {"solver.azimuth_divisions", 4, 360,
        [](Scene& s, double v) { s.solver.azimuth_divisions = static_cast<int>(v); }},
       {"solver.scattering_orders", 1, 500,
        [](Scene& s, double v) { s.solver.scattering_orders = static_cast<int>(v); }},
@@ -166,7 +166,8 @@ TEST(Scene, NanAndInfinityAreRefused) {
     expect_refused("sun.elevation_deg", {"-90..90"}, [&](Scene& s) { s.sun.elevation_deg = bad; });
     expect_refused("atmosphere.depolarisation", {"6/7"},
                    [&](Scene& s) { s.atmosphere.depolarisation = bad; });
-    expect_refused("observer.height_m", {"0 up to"}, [&](Scene& s) { s.observer.height_m = bad; });
+    expect_refused("observer.height_m", {"-500 up to"},
+                   [&](Scene& s) { s.observer.height_m = bad; });
     expect_refused("spectrum.wavelengths_nm", {"280..1000"},
                    [&](Scene& s) { s.spectrum.wavelengths_nm = {bad}; });
   }
@@ -196,7 +197,7 @@ TEST(Scene, EveryWordIsOneOfItsList) {
 }
 
 TEST(Scene, AzimuthDivisionsAreEven) {
-  expect_refused("solver.azimuth_divisions", {"= 9:", "even", "8..360"},
+  expect_refused("solver.azimuth_divisions", {"= 9:", "even", "4..360"},
                  [](Scene& s) { s.solver.azimuth_divisions = 9; });
 }
 
@@ -241,9 +242,14 @@ TEST(Scene, TimeIsAnOffsetDateTime) {
 
 TEST(Scene, ObserverStandsInsideTheAtmosphere) {
   expect_accepted([](Scene& s) { s.observer.height_m = 99999.0; });
+  expect_accepted([](Scene& s) { s.observer.height_m = -430.0; });
+  expect_refused("observer.height_m", {"= -1:", "at least 0", "optical_layers"}, [](Scene& s) {
+    s.observer.height_m = -1.0;
+    s.atmosphere.optical_layers = "layers.csv";
+  });
   expect_refused("observer.height_m", {"= 100000:", "cells"},
                  [](Scene& s) { s.observer.height_m = 100000.0; });
-  expect_refused("observer.height_m", {"= -1:"}, [](Scene& s) { s.observer.height_m = -1.0; });
+  expect_refused("observer.height_m", {"= -501:"}, [](Scene& s) { s.observer.height_m = -501.0; });
 }
 
 // Orders and Monte Carlo know the Earth's limb from orbit as well.
@@ -260,8 +266,9 @@ TEST(Scene, OtherMethodsSeeFromOrbit) {
       expect_accepted(height(0));
       expect_accepted(height(100000));
       expect_accepted(height(4e7));
-      expect_refused("observer.height_m", {"= 40000001:", "0..40000000"}, height(40000001));
-      expect_refused("observer.height_m", {"= -1:", "0..40000000"}, height(-1));
+      expect_refused("observer.height_m", {"= 40000001:", "-500..40000000"}, height(40000001));
+      expect_refused("observer.height_m", {"= -501:", own_layers ? "at least 0" : "-500..40000000"},
+                     height(-501));
     }
   }
 }

@@ -11,8 +11,9 @@
 #include <string>
 #include <vector>
 
+#include "sim/aerosol_emission.h"
 #include "sim/angular_moments.h"
-#include "sim/orders_kernel.h"
+#include "sim/emission_kernel.h"
 #include "sim/orders_sky.h"
 #include "sim/scene_model.h"
 #include "sim/sky_table_kernel.h"
@@ -116,7 +117,8 @@ TEST(SkyTableKernel, EmissionIsTheFieldKernels) {
   const auto coherency = numbers(kNodes * 4 * kLanes, -1, 1), weight = numbers(kLanes, 0, 1);
   const auto moments = numbers(kNodes * 3 * count * kLanes, -1, 1);
   const auto p = numbers(count, -1, 1), a1 = numbers(rows * kLanes, 0, 1);
-  const auto b1 = numbers(rows * kLanes, -1, 1);
+  auto b1 = numbers(rows * kLanes, -1, 1);
+  std::fill_n(b1.begin(), 2 * kLanes, 0.0F);  // Q and U have no degrees below 2
   for (const bool polarised : {true, false}) {
     for (const bool aerosol : {true, false}) {
       EmissionInput in;
@@ -126,29 +128,53 @@ TEST(SkyTableKernel, EmissionIsTheFieldKernels) {
       in.sin_theta = 0.8F;
       in.coherency = coherency.data();
       in.air_weight = weight.data();
-      SourceModesInput<float> wanted;
-      wanted.nodes = kNodes;
-      wanted.lanes = kLanes;
-      wanted.polarised = polarised;
-      wanted.cos_theta = 0.6F;
-      wanted.sin_theta = 0.8F;
-      wanted.coherency = coherency.data();
-      wanted.air_weight = weight.data();
+      AirEmission<float> air;
+      air.nodes = kNodes;
+      air.lanes = kLanes;
+      air.polarised = polarised;
+      air.cos_theta = 0.6F;
+      air.sin_theta = 0.8F;
+      air.coherency = coherency.data();
+      air.air_weight = weight.data();
+      air.degree = aerosol ? kDegree24 : 2;
+      const std::size_t stokes = polarised ? 3 : 1, modes = aerosol ? rows : 3;
+      const std::size_t stored = mode_rows(air.degree);
+      std::vector<float> all(kNodes * stokes * stored * kLanes), fast(kNodes * modes * kLanes);
+      std::vector<float> scalar(fast), first;
+      air_modes_scalar(air, all.data());
       if (aerosol) {
-        in.moments = wanted.moments = moments.data();
+        in.moments = moments.data();
         in.moments_per_node = polarised ? 3 * count : count;
         in.e_offset = polarised ? count : 0;
-        in.degree = wanted.degree = wanted.phase_degree = wanted.stored_phase_degree = kDegree24;
-        in.p = wanted.p = wanted.r = wanted.t = p.data();
-        in.a1 = wanted.a1 = wanted.a2 = wanted.a3 = a1.data();
-        in.b1 = wanted.b1 = b1.data();
+        in.degree = kDegree24;
+        in.p = p.data();
+        in.a1 = a1.data();
+        in.b1 = b1.data();
+        const std::vector<double> a(a1.begin(), a1.end());
+        const TruncatedPhase kind{a, {b1.begin(), b1.end()}, a, a, {}};
+        std::vector<float> scattered(kNodes * count * stokes * kLanes), basis(3 * count);
+        for (int l = 0; l <= kDegree24; ++l) {
+          for (int m = 0; m <= l; ++m) {
+            basis[3 * mode_major_index(kDegree24, l, m)] = p[moment_index(l, m)];
+          }
+        }
+        scatter_moments<float>({kNodes, kLanes, polarised, kDegree24, moments.data(), nullptr},
+                               kind, kDegree24, scattered.data());
+        const std::vector<float> one(kLanes, 1.0F);
+        AerosolPoints<float> points;
+        points.nodes = kNodes;
+        points.lanes = kLanes;
+        points.polarised = polarised;
+        points.degree = points.phase_degree = kDegree24;
+        points.scattered = scattered.data();
+        points.points = 1;
+        points.basis[0] = basis.data();
+        points.weight[0] = one.data();
+        points.modes[0] = all.data();
+        add_aerosol_modes_scalar(points);
       }
-      const std::size_t stokes = polarised ? 3 : 1, modes = aerosol ? rows : 3;
-      std::vector<float> all(kNodes * stokes * modes * kLanes), fast(kNodes * modes * kLanes);
-      std::vector<float> scalar(fast), first;
-      source_modes_scalar(wanted, all.data());
       for (std::size_t j = 0; j < kNodes; ++j) {
-        const auto from = all.begin() + static_cast<std::ptrdiff_t>(j * stokes * modes * kLanes);
+        const auto from = all.begin() + static_cast<std::ptrdiff_t>(j * stokes * stored * kLanes);
         first.insert(first.end(), from, from + static_cast<std::ptrdiff_t>(modes * kLanes));
       }
       emission_modes(in, fast.data());
@@ -180,15 +206,15 @@ TEST(SkyTableKernel, AgreesWithItsScalarTwin) {
 
   // Sunlight, its edge and night.
   constexpr std::size_t kWindows = 30, kScatterers = 3;
-  auto logarithm = numbers(kWindows * 4 * kLanes, -20, 0);
-  for (std::size_t k = 0; k < logarithm.size(); k += 5) logarithm[k] = SunlitAir::kNight;
+  auto logarithm = numbers(kWindows * 8 * kLanes, -20, 0);
+  for (std::size_t k = 0; k < logarithm.size(); k += 11) logarithm[k] = SunlitAir::kNight;
   const auto scatter = numbers(kWindows * kScatterers * kLanes, 0, 1);
   const auto above = numbers(kWindows * kLanes, -0.1, 0.1);
-  const auto angle = numbers(kWindows * kLanes, -1e-4, 1e-4);
+  const auto angle = numbers(kWindows * kLanes, -1e-3, 1e-3);
   std::vector<BeamTaps> beams(kWindows);
   for (std::size_t k = 0; k < kWindows; ++k) {
-    for (std::size_t q = 0; q < 4; ++q) {
-      beams[k].sun.logarithm[q / 2][q % 2] = &logarithm[(4 * k + q) * kLanes];
+    for (std::size_t q = 0; q < 8; ++q) {
+      beams[k].sun.logarithm[q / 4][q % 4] = &logarithm[(8 * k + q) * kLanes];
     }
     beams[k].sun.share[0] = 0.2F;
     beams[k].sun.share[1] = 0.7F;

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "sim/orders_grid.h"
 #include "sim/orders_sky.h"
 #include "tests/validation/checks.h"
 

@@ -148,7 +148,7 @@ std::vector<Check> switches(const Settings& settings) {
       cells.emplace_back(std::string(name));
       cells.emplace_back(suns[s]);
       for (std::size_t k = 0; k < 7; ++k) {
-        cells.push_back(100 * (off.all[7 * s + k] / base.all[7 * s + k] - 1));
+        cells.emplace_back(100 * (off.all[7 * s + k] / base.all[7 * s + k] - 1));
       }
       table.add_row(cells);
       const auto percent = [&](std::size_t k) { return std::get<double>(cells[2 + k]); };
