@@ -281,7 +281,8 @@ ImageAttributes image_attributes(const SceneModel& model, const Sky& sky,
   for (const auto& [key, value] : scene_settings(model.scene))
     if (key != "solver.threads") attributes.emplace_back(key, value);
   if (!plan) return attributes;
-  for (const auto& [label, value] : plan->attributes()) {
+  for (auto [label, value] : plan->attributes()) {
+    std::ranges::replace(label, ' ', '_');
     attributes.emplace_back("budget." + label, value);
   }
   return attributes;

@@ -34,11 +34,16 @@ struct Candidate {
   double cost = 0;   // processor seconds of the machine the model was measured on
 };
 
-double level_error(const QualityLevel& level, const Scene& scene, const WantedSky& wanted,
-                   double sun_elevation_deg) {
-  if (!wanted.every_sun) return discretisation_error(level, sun_elevation_deg);
-  (void)scene;
-  return *std::ranges::max_element(level.error_95);
+// Of a field, the largest of every Sun.
+double level_error(const QualityLevel& level, const WantedSky& wanted,
+                   const SceneRequirements& required) {
+  double error = 0;
+  for (const double sun : kQualitySun_deg) {
+    error = std::max(
+        error, discretisation_error(level, wanted.every_sun ? sun : required.sun_elevation_deg,
+                                    required.aerosol_optical_depth));
+  }
+  return error;
 }
 
 class Planner {
@@ -197,7 +202,7 @@ BudgetPlan plan_budget(const Scene& scene, const WantedSky& wanted, KnownPhases&
   std::optional<Candidate> chosen;
   if (most_error) {
     for (const QualityLevel& level : quality_levels()) {
-      const double steps = level_error(level, scene, wanted, required.sun_elevation_deg);
+      const double steps = level_error(level, wanted, required);
       const double allowance = (*most_error - steps) / kBudgetSafety;
       if (!(allowance > 0)) continue;
       Candidate c = planner.fit(level, *most_error, allowance);
@@ -207,20 +212,22 @@ BudgetPlan plan_budget(const Scene& scene, const WantedSky& wanted, KnownPhases&
       plan.discretisation_error = steps;
     }
     if (!chosen) {
+      const QualityLevel& finest = quality_levels().back();
       throw std::invalid_argument(fmt::format(
-          "key 'budget.max_relative_error' = {}: no quality level is that accurate with "
-          "the Sun at {:.1f} deg",
-          *most_error, required.sun_elevation_deg));
+          "key 'budget.max_relative_error' = {}: must be above {:.2g}, the error of the finest "
+          "steps, quality \"{}\", in this air with the Sun at {:.1f} deg",
+          *most_error, level_error(finest, wanted, required), finest.name,
+          required.sun_elevation_deg));
     }
   } else {
     // From the finest level to the coarsest, then leaving out more and more.
     const auto levels = quality_levels();
     for (std::size_t k = levels.size(); k-- > 0 && !chosen;) {
-      Candidate c = planner.fit(levels[k], 0.1 * levels[k].error_95.front(), 0.0);
+      Candidate c = planner.fit(levels[k], 1e-3, 0.0);
       if (wall_seconds(elapsed * 1.0, scene) + seconds_of(c) > *most_seconds) continue;
       chosen = std::move(c);
       plan.quality = levels[k].name;
-      plan.discretisation_error = level_error(levels[k], scene, wanted, required.sun_elevation_deg);
+      plan.discretisation_error = level_error(levels[k], wanted, required);
     }
     for (double allowance = 1e-3; !chosen; allowance *= 1.5) {
       constexpr double kHalfTheLight = 0.5;
@@ -229,8 +236,7 @@ BudgetPlan plan_budget(const Scene& scene, const WantedSky& wanted, KnownPhases&
       if (!plan.within_budget && allowance < kHalfTheLight) continue;
       chosen = std::move(c);
       plan.quality = levels.front().name;
-      plan.discretisation_error =
-          level_error(levels.front(), scene, wanted, required.sun_elevation_deg);
+      plan.discretisation_error = level_error(levels.front(), wanted, required);
     }
   }
   plan.scene = std::move(chosen->scene);

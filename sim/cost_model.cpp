@@ -130,9 +130,9 @@ RunCost predict_orders(const Scene& scene, std::size_t views) {
   const double fine = static_cast<double>(ZenithGrid::kFineSize) * size.lanes;
   RunCost cost;
   cost.reference_seconds = seconds;
-  cost.peak_bytes = kProcessBytes + light * (4 * real + 2 * 4) + fine * Z * (6 * real + 2 * 4) +
-                    fine * (s.sunlight_nodes / 2.0) * 4 +
-                    size.wavelengths * s.sunlight_nodes * s.sunlight_nodes * 3.0 / 8 * 40 +
+  cost.peak_bytes = kProcessBytes + light * (4 * real + 2 * 4) + fine * Z * (3 * real + 2 * 4) +
+                    0.62 * fine * (s.sunlight_nodes / 2.0) * 4 +  // to the Earth's shadow
+                    size.wavelengths * s.sunlight_nodes * s.sunlight_nodes * 3.0 / 8 * 16 +
                     size.kinds * size.lanes * 4096 * 4 * 4;
   return cost;
 }
@@ -187,7 +187,7 @@ RunCost predict_run(const Scene& scene, std::size_t views) {
 
 double machine_slowness() {
   // Least of some runs: others may use the machine too.
-  constexpr double kReferenceSeconds = 4.0e-4;
+  constexpr double kReferenceSeconds = 2.4e-4;
   constexpr int kRuns = 7, kRounds = 1000;
   std::vector<float> x(1024);
   double least = std::numeric_limits<double>::infinity();

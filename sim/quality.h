@@ -27,10 +27,12 @@ struct QualityLevel {
 
   /// Processor seconds (user, all threads) of 8 wavelengths in continental average air, polarised.
   double seconds;
-  /// Error of the radiance over the hemisphere against steps half as large as the reference's,
-  /// solid angle weighted mean and 95th percentile, the wavelength where it is largest, by
-  /// kQualitySun_deg. The larger of clear and continental average air.
-  std::array<double, 7> mean_error, error_95;
+  /// Error of the radiance over the hemisphere against finer steps: solid angle weighted mean and
+  /// 95th percentile, the wavelength where it is largest, by kQualitySun_deg.
+  struct Errors {
+    std::array<double, 7> mean, percentile_95;
+  };
+  Errors clear, hazy, turbid;  ///< no aerosol; continental average; urban
 };
 
 /// The levels, from the coarsest.
@@ -40,8 +42,10 @@ std::span<const QualityLevel> quality_levels();
 const QualityLevel& quality_level(std::string_view name);
 
 /// 95th percentile of a level's error with the Sun at an elevation (deg): the larger of the two
-/// neighbouring measurements.
-double discretisation_error(const QualityLevel& level, double sun_elevation_deg);
+/// neighbouring measurements, linear in the aerosol's vertical optical depth (at 550 nm) between
+/// clear, hazy and turbid air and proportional to it beyond.
+double discretisation_error(const QualityLevel& level, double sun_elevation_deg,
+                            double aerosol_optical_depth);
 
 /// Sets the steps whose keys ("solver.zenith_step_deg") are free.
 void apply_quality(const QualityLevel& level, const std::function<bool(std::string_view)>& free,

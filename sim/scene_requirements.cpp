@@ -129,6 +129,18 @@ Stack stack(const std::vector<SceneModel>& variants) {
   return result;
 }
 
+double aerosol_depth(const Medium& m) {
+  const auto w = static_cast<std::size_t>(
+      std::ranges::min_element(m.wavelength_nm, {}, [](double nm) { return std::abs(nm - 550); }) -
+      m.wavelength_nm.begin());
+  double depth = 0;
+  for (std::size_t i = 0; i < m.layers(); ++i) {
+    depth += (m.aerosol_scattering_per_km(i, w) + m.aerosol_absorption_per_km(i, w)) *
+             (m.boundary_km[i + 1] - m.boundary_km[i]);
+  }
+  return depth;
+}
+
 // The model without what is above an altitude.
 SceneModel without_air_above(SceneModel model, double top_km) {
   Medium& m = model.medium;
@@ -248,6 +260,7 @@ class Pilot {
   void estimate_effects(SceneRequirements& result) {
     const SceneModel base = build_scene_model(scene_, &known_);
     const std::size_t W = base.medium.wavelengths();
+    result.aerosol_optical_depth = aerosol_depth(base.medium);
     std::vector<SceneModel> variants = {base};
     std::vector<Effect> stacked;
     for (const Effect effect : {Effect::kRefraction, Effect::kMixingLayer, Effect::kFreeTroposphere,

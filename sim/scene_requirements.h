@@ -5,10 +5,10 @@
 #include <string_view>
 #include <vector>
 
+#include "sim/relative_difference.h"
 #include "sim/run_control.h"
 #include "sim/scene.h"
 #include "sim/scene_model.h"
-#include "sim/relative_difference.h"
 
 namespace twilight {
 
@@ -62,7 +62,8 @@ struct SceneRequirements {
   /// Solar zenith angle (deg) beyond which air is neither seen nor lights what is: for
   /// solver.darkest_zenith_deg.
   double darkest_zenith_deg = 126;
-  double sun_elevation_deg = 0;  ///< geometric; of a field, the highest looked at
+  double aerosol_optical_depth = 0;  ///< vertical, of the pilot's wavelength nearest to 550 nm
+  double sun_elevation_deg = 0;      ///< geometric; of a field, the highest looked at
 };
 
 /// Error that darkest_zenith_deg leaves (tests/sim/budget_plan_test).
@@ -73,9 +74,9 @@ inline constexpr double kDarkAirError = 5e-4;
 /// of them side by side as if they were wavelengths; one more solution for polarisation; sunlight
 /// scattered once alone for the refractive spreading and the Sun's disc; and all wavelengths in air
 /// without aerosols for the interpolation between them, for gases have bands where aerosols are
-/// smooth. The error of an effect is the 95th percentile of relative_difference() over the wanted views
-/// (all in the hemisphere, or the ones listed), the largest of the wavelengths, and, for every_sun,
-/// of Suns at 30, 5, 0, -4, -8 and -12 degrees.
+/// smooth. The error of an effect is the 95th percentile of relative_difference() over the wanted
+/// views (all in the hemisphere, or the ones listed), the largest of the wavelengths, and, for
+/// every_sun, of Suns at 30, 5, 0, -4, -8 and -12 degrees.
 ///
 /// The same bytes for any number of threads. `known` keeps the phase functions computed on the way.
 /// Throws as build_scene_model(), and Cancelled.

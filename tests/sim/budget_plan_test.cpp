@@ -109,6 +109,7 @@ TEST(SceneRequirements, AirThatIsTooDarkDoesNotMatter) {
        {std::pair{60.0, 0.0}, std::pair{43.0, 5500.0}, std::pair{15.0, 0.0},
         std::pair{5.0, 11000.0}, std::pair{-2.0, 0.0}, std::pair{-8.0, 3000.0}}) {
     Scene scene = scene_at(sun);
+    scene.aerosols.type = "none";
     scene.observer.height_m = height_m;
     scene.spectrum.wavelengths_nm = {450, 650};
     const double darkest = estimate_requirements(scene, {}, known, {}).darkest_zenith_deg;
