@@ -41,10 +41,13 @@ double random_asymmetry() {
 
 Medium random_layers(const Scene& scene, SceneSize size) {
   Medium m;
-  const int layers = scene.atmosphere.layers > 60 ? scene.atmosphere.layers
-                     : one_in(4)                  ? between(1, 3)
-                     : size == SceneSize::kLarge  ? between(1, 100)
-                                                  : between(1, 12);
+  // Where layers are many the grid is small, and the other way round.
+  const bool fixed = scene.atmosphere.layers > 60 ||
+                     (scene.solver.method == "cells" && scene.solver.azimuth_divisions > 48);
+  const int layers = fixed                       ? scene.atmosphere.layers
+                     : one_in(4)                 ? between(1, 3)
+                     : size == SceneSize::kLarge ? between(1, 100)
+                                                 : between(1, 12);
   const double top_km = one_in(6) ? log_between(0.1, 500) : between(15.0, 120.0);
   m.earth_radius_km = scene.earth.radius_km.value_or(6371.0);
   m.wavelength_nm = scene.spectrum.wavelengths_nm;

@@ -87,7 +87,7 @@ void draw_cells(Scene& scene, SceneSize size) {
   solver.active_shell_stride = between(1, 8);
   solver.inner_radius_m = one_in(6) ? std::pow(10.0, between(0.0, 2.5)) : between(500.0, 10000.0);
   if (one_in(large ? 15 : 100)) {
-    solver.azimuth_divisions = 2 * (large ? between(20, one_in(50) ? 180 : 90) : between(7, 24));
+    solver.azimuth_divisions = 2 * (large ? between(20, one_in(20) ? 180 : 90) : between(7, 24));
     solver.active_shell_stride = large ? 32 : 16;
     solver.inner_radius_m = between(2000.0, 10000.0);
     scene.atmosphere.layers = between(1, 12);
