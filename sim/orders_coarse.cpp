@@ -66,10 +66,18 @@ void copy_moments(const OrdersGrid<T>& from_grid, const OrdersGrid<T>& to_grid, 
 
 }  // namespace
 
-std::vector<std::size_t> coarse_levels(std::size_t count) {
+std::vector<std::size_t> coarse_levels(const std::vector<double>& level_km) {
+  constexpr double kClose = 0.2;  // of the distance to the next level on the other side
+  const std::size_t count = level_km.size();
+  const auto gap = [&](std::size_t i) { return level_km[i + 1] - level_km[i]; };
+  std::vector<char> close(count, 0);
+  for (std::size_t i = 1; i + 2 < count; ++i) {
+    if (gap(i) < kClose * std::max(gap(i - 1), gap(i + 1))) close[i] = close[i + 1] = 1;
+  }
   std::vector<std::size_t> kept;
-  for (std::size_t i = 0; i < count; i += 2) kept.push_back(i);
-  if (kept.back() + 1 < count) kept.push_back(count - 1);
+  for (std::size_t i = 0; i < count; ++i) {
+    if (i % 2 == 0 || i + 1 == count || close[i] != 0) kept.push_back(i);
+  }
   return kept;
 }
 
@@ -82,7 +90,8 @@ OrdersGrid<T> coarse_grid(const OrdersGrid<T>& fine, const Coarsening& coarsenin
                        std::min(fine.polar_count, coarsening.polar_count),
                        std::min(static_cast<int>(fine.azimuths()), coarsening.azimuth_count),
                        std::min(fine.moment_degree, coarsening.moment_degree), fine.polarised,
-                       fine.levels_above * coarsening.kept.size() / fine.level_km.size());
+                       (fine.levels_above * coarsening.kept.size() + fine.level_km.size() - 1) /
+                           fine.level_km.size());
 }
 
 template <class T>

@@ -8,8 +8,8 @@
 
 namespace twilight {
 
-/// Every second one of `count` levels, and the last.
-std::vector<std::size_t> coarse_levels(std::size_t count);
+/// Every second level, the last, and pairs that stand close together at the edge of a layer.
+std::vector<std::size_t> coarse_levels(const std::vector<double>& level_km);
 
 /// A grid with fewer levels and directions, and with moments to a lower degree.
 struct Coarsening {

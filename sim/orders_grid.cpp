@@ -50,6 +50,53 @@ std::vector<double> orders_levels(double top_km, int levels) {
   return altitudes;
 }
 
+namespace {
+
+// Depth below the edge of a layer at which a grazing ray has crossed an optical depth of 2 of it,
+// sqrt(2 R depth) long.
+double edge_depth_km(double radius_km, double extinction_step_per_km) {
+  const double length_km = 2 / extinction_step_per_km;
+  return length_km * length_km / (2 * radius_km);
+}
+
+}  // namespace
+
+std::vector<double> orders_levels(const OrdersMedium& medium, int levels) {
+  constexpr double kSharp = 0.1, kLeast_km = 0.002, kGrowth = 3;
+  std::vector<double> altitudes = orders_levels(medium.truncated.top_km(), levels);
+  const PathOptics& optics = medium.optics;
+  for (std::size_t i = 1; i + 1 < optics.boundary_km.size(); ++i) {
+    double step = 0;  // of extinction, upwards; the largest of all wavelengths
+    for (std::size_t w = 0; w < optics.lanes; ++w) {
+      const double here = optics.extinction_per_km[(i - 1) * optics.lanes + w] -
+                          optics.extinction_per_km[i * optics.lanes + w];
+      if (std::abs(here) > std::abs(step)) step = here;
+    }
+    const double edge = optics.boundary_km[i];
+    const auto above = std::ranges::upper_bound(altitudes, edge);
+    const double gap = *above - *(above - 1);
+    const double depth = edge_depth_km(optics.earth_radius_km, std::abs(step));
+    // Steps of the layers that a smooth profile is cut into are not edges.
+    if (!(depth < kSharp * gap) || std::abs(step) * gap < kSharp) continue;
+    std::vector<double> near{edge};
+    double distance = std::max(depth, kLeast_km);
+    for (; distance < gap; distance *= kGrowth) {
+      near.push_back(edge - std::copysign(distance, step));
+    }
+    // These take the place of the levels among them, ground and top stay.
+    const auto [low, high] = std::ranges::minmax(near);
+    const double margin = 0.3 * distance / kGrowth;
+    std::erase_if(altitudes, [&](double z) {
+      return z > 0 && z < medium.truncated.top_km() && z > low - margin && z < high + margin;
+    });
+    for (const double z : near) {
+      if (z > kLeast_km && z < medium.truncated.top_km() - kLeast_km) altitudes.push_back(z);
+    }
+    std::ranges::sort(altitudes);
+  }
+  return altitudes;
+}
+
 template <class T>
 OrdersGrid<T>::OrdersGrid(const OrdersMedium& medium, double zenith_step_deg,
                           std::vector<double> levels, int polar, int azimuth_count, int degree,

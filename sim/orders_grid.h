@@ -25,6 +25,10 @@ std::vector<PolarDirection> polar_directions(double radius_km, double altitude_k
 /// Levels of the field: denser towards the ground.
 std::vector<double> orders_levels(double top_km, int levels);
 
+/// orders_levels(), and more at every sharp top or bottom of a layer, on it and inside, ever nearer
+/// to it: grazing light that is bright above a haze is gone some metres below its top.
+std::vector<double> orders_levels(const OrdersMedium& medium, int levels);
+
 /// Grids of one solution: moments are kept on the levels within the aerosol and on levels_above of
 /// those above it.
 template <class T>

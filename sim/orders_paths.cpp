@@ -62,6 +62,12 @@ Basis lagrange(std::span<const double> at) {
   return basis;
 }
 
+// A neighbour this near or far, over the stretch's own length, would only make a cubic swing.
+bool fits(double gap, double span) {
+  constexpr double kNearest = 0.15, kFurthest = 4;
+  return gap > kNearest * span && gap < kFurthest * span;
+}
+
 // Polynomials for the stretch between samples k and k + 1 in u = 0..1 between them: cubic through
 // their neighbours too, where these are neither too near nor too far for it.
 Basis stretch_basis(const std::vector<double>& at, std::size_t k, bool cubic) {
@@ -73,12 +79,10 @@ Basis stretch_basis(const std::vector<double>& at, std::size_t k, bool cubic) {
     nodes[count] = (at[sample] - at[k]) / span;
     which[count++] = sample;
   };
-  constexpr double kNearest = 0.15, kFurthest = 4;
-  const auto fits = [&](double gap) { return gap > kNearest * span && gap < kFurthest * span; };
-  if (cubic && k > 0 && fits(at[k] - at[k - 1])) take(k - 1);
+  if (cubic && k > 0 && fits(at[k] - at[k - 1], span)) take(k - 1);
   take(k);
   take(k + 1);
-  if (cubic && k + 2 < at.size() && fits(at[k + 2] - at[k + 1])) take(k + 2);
+  if (cubic && k + 2 < at.size() && fits(at[k + 2] - at[k + 1], span)) take(k + 2);
   Basis basis = lagrange(std::span(nodes).first(count));
   basis.node = which;
   return basis;
@@ -88,19 +92,28 @@ Basis stretch_basis(const std::vector<double>& at, std::size_t k, bool cubic) {
 void share_levels(std::span<const double> level_km, double altitude_km, bool cubic,
                   std::array<int, 4>& level, std::array<double, 4>& share, int& count) {
   const double z = std::clamp(altitude_km, level_km.front(), level_km.back());
-  const auto size = static_cast<std::ptrdiff_t>(level_km.size());
-  const auto above = std::ranges::upper_bound(level_km, z) - level_km.begin();
-  count = cubic && size >= 4 ? 4 : 2;
-  const std::ptrdiff_t first = std::clamp<std::ptrdiff_t>(above - count / 2, 0, size - count);
+  const auto last = static_cast<std::ptrdiff_t>(level_km.size()) - 1;
+  const auto at = [&](std::ptrdiff_t i) { return level_km[static_cast<std::size_t>(i)]; };
+  const std::ptrdiff_t low = std::clamp<std::ptrdiff_t>(
+      std::ranges::upper_bound(level_km, z) - level_km.begin() - 1, 0, last - 1);
+  std::ptrdiff_t first = low, end = low + 2;
+  if (cubic) {
+    const double span = at(low + 1) - at(low);
+    if (low > 0 && fits(at(low) - at(low - 1), span)) --first;
+    if (low + 2 <= last && fits(at(low + 2) - at(low + 1), span)) ++end;
+    // At the ends of the levels the other side helps out.
+    if (low == 0 && end - first == 3 && end <= last && fits(at(end) - at(end - 1), span)) ++end;
+    if (low + 1 == last && end - first == 3 && first > 0 && fits(at(first) - at(first - 1), span)) {
+      --first;
+    }
+  }
+  count = static_cast<int>(end - first);
   for (int k = 0; k < count; ++k) {
     const auto i = static_cast<std::size_t>(k);
     level[i] = static_cast<int>(first) + k;
     share[i] = 1;
     for (int j = 0; j < count; ++j) {
-      if (j == k) continue;
-      const double own = level_km[static_cast<std::size_t>(first + k)];
-      const double other = level_km[static_cast<std::size_t>(first + j)];
-      share[i] *= (z - other) / (own - other);
+      if (j != k) share[i] *= (z - at(first + j)) / (at(first + k) - at(first + j));
     }
   }
 }

@@ -1,7 +1,9 @@
 #include "sim/orders_coarse.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -13,7 +15,7 @@ namespace {
 
 struct Grids {
   OrdersMedium medium = make_orders_medium(exponential_air(0.2), std::vector<double>{0.0}, {});
-  std::vector<std::size_t> kept = coarse_levels(12);
+  std::vector<std::size_t> kept = coarse_levels(orders_levels(60, 12));
   OrdersGrid<double> fine{medium, 3.0, orders_levels(60, 12), 12, 8, 0, true, 4};
   OrdersGrid<double> coarse = coarse_grid(fine, {kept, 8, 4, 0}, medium, 3.0);
 };
@@ -38,13 +40,34 @@ IncomingLight<double> light_on(const OrdersGrid<double>& grid, bool cubic) {
   return light;
 }
 
-TEST(CoarseOrders, KeepGroundAndTop) {
-  for (const std::size_t count : {4, 5, 12, 51}) {
-    const std::vector<std::size_t> kept = coarse_levels(count);
+TEST(CoarseOrders, KeepGroundTopAndEdges) {
+  for (const int count : {4, 5, 12, 51}) {
+    const std::vector<std::size_t> kept = coarse_levels(orders_levels(60, count));
     EXPECT_EQ(kept.front(), 0U);
-    EXPECT_EQ(kept.back(), count - 1);
-    EXPECT_LE(kept.size(), count / 2 + 1);
+    EXPECT_EQ(kept.back() + 1, static_cast<std::size_t>(count));
+    EXPECT_LE(kept.size(), static_cast<std::size_t>(count) / 2 + 1);
   }
+  EXPECT_THAT(coarse_levels({0, 1, 2, 3, 3.01, 4, 5, 6}), testing::ElementsAre(0, 2, 3, 4, 6, 7));
+}
+
+// Levels crowd at the top of a haze, none at the steps of a smooth profile.
+TEST(OrdersLevels, StandAtTheEdgesOfLayers) {
+  Medium medium = exponential_air(0.3);
+  const auto none = make_orders_medium(medium, std::vector<double>{0.0}, {});
+  EXPECT_EQ(orders_levels(none, 40), orders_levels(60, 40));
+  const std::size_t top = 3;  // layers of haze, 0.2 per km
+  for (std::size_t i = 0; i < top; ++i) medium.gas_absorption_per_km(i, 0) = 0.2;
+  const auto haze = make_orders_medium(medium, std::vector<double>{0.0}, {});
+  const double edge_km = medium.boundary_km[top];
+  const std::vector<double> levels = orders_levels(haze, 40);
+  EXPECT_GT(levels.size(), 42U);
+  EXPECT_LT(levels.size(), 48U);
+  EXPECT_TRUE(std::ranges::is_sorted(levels));
+  const auto at = std::ranges::find(levels, edge_km);
+  ASSERT_NE(at, levels.end());
+  const double inside_km = edge_km - *(at - 1);
+  EXPECT_GT(0.3 * std::sqrt(2 * 6371 * inside_km), 2 * 0.9);
+  EXPECT_LT(inside_km, 0.05);
 }
 
 // What is cubic relative to light that is known everywhere comes back as it was.
