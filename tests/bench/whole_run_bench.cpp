@@ -98,6 +98,7 @@ Run run_program(std::vector<std::string> arguments, const std::string& folder) {
   }
   argv.push_back(nullptr);
   const auto start = std::chrono::steady_clock::now();
+  std::fflush(nullptr);  // else the child writes it once more
   const pid_t child = ::fork();
   if (child < 0) throw std::runtime_error("cannot start a process");
   if (child == 0) {
