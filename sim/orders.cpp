@@ -50,8 +50,7 @@ class Solver {
         options_(options),
         control_(control),
         most_(options.scattering_orders.value_or(kMostOrders)),
-        fine_(medium, options.zenith_step_deg,
-              orders_levels(medium, options.altitude_levels),
+        fine_(medium, options.zenith_step_deg, orders_levels(medium, options.altitude_levels),
               options.polar_directions, options.azimuth_directions, options.phase_degree,
               options.polarised, options.coarse_orders ? 2 * kLevelsAbove : kLevelsAbove) {}
 
@@ -117,7 +116,8 @@ class Solver {
     std::vector<std::size_t> every(fine_.level_km.size());
     std::iota(every.begin(), every.end(), std::size_t{0});
     const Coarsening twice{every, kTwicePolar, kTwiceAzimuths, kFirstDegree};
-    const Coarsening often{coarse_levels(fine_.level_km), kOftenPolar, kOftenAzimuths, kOftenDegree};
+    const Coarsening often{coarse_levels(fine_.level_km, medium_.optics), kOftenPolar,
+                           kOftenAzimuths, kOftenDegree};
     on_coarse_grid(fine_, twice, last, total,
                    [&](const OrdersGrid<T>& grid, IncomingLight<T>& light, IncomingLight<T>& sum) {
                      if (next_order(grid, light, sum) || orders_ >= most_) return;

@@ -3,6 +3,7 @@
 #include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "sim/angular_moments.h"
 #include "sim/field_reference.h"
@@ -64,10 +65,27 @@ void copy_moments(const OrdersGrid<T>& from_grid, const OrdersGrid<T>& to_grid, 
   }
 }
 
+// The largest of all wavelengths.
+double vertical_depth(const PathOptics& optics, double from_km, double to_km) {
+  double most = 0;
+  for (std::size_t w = 0; w < optics.lanes; ++w) {
+    double depth = 0;
+    for (std::size_t i = 0; i + 1 < optics.boundary_km.size(); ++i) {
+      const double inside =
+          std::min(to_km, optics.boundary_km[i + 1]) - std::max(from_km, optics.boundary_km[i]);
+      if (inside > 0) depth += inside * optics.extinction_per_km[i * optics.lanes + w];
+    }
+    most = std::max(most, depth);
+  }
+  return most;
+}
+
 }  // namespace
 
-std::vector<std::size_t> coarse_levels(const std::vector<double>& level_km) {
+std::vector<std::size_t> coarse_levels(const std::vector<double>& level_km,
+                                       const PathOptics& optics) {
   constexpr double kClose = 0.2;  // of the distance to the next level on the other side
+  constexpr double kThick = 0.5;
   const std::size_t count = level_km.size();
   const auto gap = [&](std::size_t i) { return level_km[i + 1] - level_km[i]; };
   std::vector<char> close(count, 0);
@@ -76,7 +94,10 @@ std::vector<std::size_t> coarse_levels(const std::vector<double>& level_km) {
   }
   std::vector<std::size_t> kept;
   for (std::size_t i = 0; i < count; ++i) {
-    if (i % 2 == 0 || i + 1 == count || close[i] != 0) kept.push_back(i);
+    if (i % 2 == 0 || i + 1 == count || close[i] != 0 ||
+        vertical_depth(optics, level_km[i - 1], level_km[i + 1]) > kThick) {
+      kept.push_back(i);
+    }
   }
   return kept;
 }
@@ -125,12 +146,33 @@ void add_prolonged(const OrdersGrid<T>& coarse, const OrdersGrid<T>& fine,
     for (std::size_t j = 0; j < fine.nodes; ++j) {
       const std::size_t point = level * all + j;
       for (std::size_t w = 0; w < lanes; ++w) {
-        const double here = trace_at(like, point, lanes, w);
-        if (!(here > kDarkTrace)) continue;
+        double trace[4] = {}, steep[4] = {}, here = trace_at(like, point, lanes, w);
+        bool lit = here > kDarkTrace;
         for (std::size_t k = 0; k < s.count; ++k) {
-          const double there = trace_at(like, kept[s.coarse[k]] * all + j, lanes, w);
-          if (!(there > kDarkTrace)) continue;
-          const double factor = s.weight[k] * (here / there);
+          trace[k] = trace_at(light, s.coarse[k] * all + j, lanes, w);
+          steep[k] = trace_at(like, kept[s.coarse[k]] * all + j, lanes, w);
+          lit = lit && steep[k] > kDarkTrace;
+        }
+        // Where the light of few scatterings does not get to, light is compared with itself.
+        if (!lit) here = 1;
+        // The ratio in its logarithm: in thick air it spans decades from level to level.
+        double log_ratio = 0, weights = 0, least = HUGE_VAL, most = -HUGE_VAL;
+        for (std::size_t k = 0; k < s.count; ++k) {
+          if (!(trace[k] > kDarkTrace)) {
+            trace[k] = 0;
+            continue;
+          }
+          const double logarithm = std::log(trace[k] / (lit ? steep[k] : 1.0));
+          log_ratio += s.weight[k] * logarithm;
+          weights += s.weight[k];
+          least = std::min(least, logarithm);
+          most = std::max(most, logarithm);
+        }
+        if (!(weights > 0.1)) continue;  // night on one side
+        const double sum = here * std::exp(std::clamp(log_ratio / weights, least, most));
+        for (std::size_t k = 0; k < s.count; ++k) {
+          if (!(trace[k] > 0)) continue;
+          const double factor = s.weight[k] / weights * sum / trace[k];
           const std::size_t from = s.coarse[k] * all + j;
           for (std::size_t n = 0; n < 4; ++n) {
             total.coherency[(point * 4 + n) * lanes + w] += static_cast<T>(

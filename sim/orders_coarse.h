@@ -8,8 +8,11 @@
 
 namespace twilight {
 
-/// Every second level, the last, and pairs that stand close together at the edge of a layer.
-std::vector<std::size_t> coarse_levels(const std::vector<double>& level_km);
+/// Every second level, the last, pairs that stand close together at the edge of a layer, and all
+/// where the air is so thick that light would lose its way between fewer: without a level the
+/// interval is thicker than an optical depth of 0.5.
+std::vector<std::size_t> coarse_levels(const std::vector<double>& level_km,
+                                       const PathOptics& optics);
 
 /// A grid with fewer levels and directions, and with moments to a lower degree.
 struct Coarsening {
@@ -28,8 +31,9 @@ IncomingLight<T> restrict_light(const OrdersGrid<T>& fine, const OrdersGrid<T>& 
                                 const std::vector<std::size_t>& kept,
                                 const IncomingLight<T>& light);
 
-/// Adds light of the coarse grid to a total on the fine one. Between levels its ratio to the trace
-/// of `like`, light of the fine grid that falls off as steeply, is cubic in the level's number.
+/// Adds light of the coarse grid to a total on the fine one. Between levels the logarithm of its
+/// ratio to the trace of `like`, light of the fine grid that falls off as steeply, is cubic in the
+/// level's number, and stays between its neighbours' values.
 template <class T>
 void add_prolonged(const OrdersGrid<T>& coarse, const OrdersGrid<T>& fine,
                    const std::vector<std::size_t>& kept, const IncomingLight<T>& light,

@@ -180,7 +180,9 @@ class Judge {
       add(Law::kAlbedo, text("ground ", model_.ground_albedo[w], ": ", plain, ", ground ",
                              model_.ground_albedo[w + 1], ": ", white, where(k, w)));
     }
-    if (!(std::abs(other - kOtherSun * plain) <= rounding(scene_) * plain)) {
+    // Numbers below the normal range have few digits, or none.
+    constexpr double kSubnormal = 1e-300;
+    if (!(std::abs(other - kOtherSun * plain) <= rounding(scene_) * plain + kSubnormal)) {
       add(Law::kIrradiance,
           text(other, " under ", kOtherSun, " of the Sun of ", plain, where(k, w)));
     }

@@ -109,19 +109,21 @@ INSTANTIATE_TEST_SUITE_P(Orders, SkyLaws, testing::Values("orders"));
 INSTANTIATE_TEST_SUITE_P(MonteCarlo, SkyLaws, testing::Values("monte-carlo"));
 
 // The field in single precision: the mean of up to some thousand directions, each right to some
-// 1e-6 (float_kernels_test), is right to 1e-5 an order; where the sky is dark it keeps 1e-6 of the
-// brightest view.
+// 1e-6 (float_kernels_test), is right to 1e-5 an order, and as many orders as there are in thick
+// white air may each add theirs; where the sky is dark it keeps 1e-6 of the brightest view.
 TEST(OrdersInSinglePrecision, AreTheOrdersInDouble) {
   const auto scenes = draw_scenes(scene_count(24), [] {
     return random_scene_or_layers("orders", nightly() ? SceneSize::kLarge : SceneSize::kSmall);
   });
-  std::vector<double> worst(scenes.size());
+  std::vector<double> worst(scenes.size()), allowed(scenes.size());
   tbb::parallel_for(std::size_t{0}, scenes.size(), [&](std::size_t i) {
     DrawnScene s = scenes[i];
     s.scene.solver.single_precision = true;
     const auto single = solve_sky(build_scene_model(s))->stokes(law_views());
     s.scene.solver.single_precision = false;
-    const auto twin = solve_sky(build_scene_model(s))->stokes(law_views());
+    const FieldSky solved = solve_field(build_scene_model(s));
+    const auto twin = solved.sky->stokes(law_views());
+    allowed[i] = 1e-5 * std::max(10, solved.field->orders);
     const double brightest = *std::max_element(twin.i.begin(), twin.i.end());
     for (std::size_t k = 0; k < twin.i.size(); ++k) {
       double error = std::abs(single.i[k] - twin.i[k]);
@@ -134,7 +136,7 @@ TEST(OrdersInSinglePrecision, AreTheOrdersInDouble) {
     }
   });
   for (std::size_t i = 0; i < scenes.size(); ++i) {
-    EXPECT_LE(worst[i], 1e-4) << describe(scenes[i]);
+    EXPECT_LE(worst[i], allowed[i]) << describe(scenes[i]);
   }
   std::printf("worst difference, of the radiance or a tenth of the brightest view: %.2g\n",
               *std::max_element(worst.begin(), worst.end()));

@@ -15,12 +15,12 @@ namespace {
 
 struct Grids {
   OrdersMedium medium = make_orders_medium(exponential_air(0.2), std::vector<double>{0.0}, {});
-  std::vector<std::size_t> kept = coarse_levels(orders_levels(60, 12));
+  std::vector<std::size_t> kept = coarse_levels(orders_levels(60, 12), medium.optics);
   OrdersGrid<double> fine{medium, 3.0, orders_levels(60, 12), 12, 8, 0, true, 4};
   OrdersGrid<double> coarse = coarse_grid(fine, {kept, 8, 4, 0}, medium, 3.0);
 };
 
-// Light that falls off as `like` does, times a cubic in the level's number.
+// Light that falls off as `like` does, times the exponential of a cubic in the level's number.
 IncomingLight<double> light_on(const OrdersGrid<double>& grid, bool cubic) {
   IncomingLight<double> light(grid);
   for (std::size_t i = 0; i < grid.level_km.size(); ++i) {
@@ -28,7 +28,8 @@ IncomingLight<double> light_on(const OrdersGrid<double>& grid, bool cubic) {
       for (std::size_t w = 0; w < grid.lanes; ++w) {
         const double x = static_cast<double>(i);
         const double steep = std::exp(-2 * x - static_cast<double>(j));
-        const double value = steep * (cubic ? 1 + 0.2 * x - 0.03 * x * x + 0.001 * x * x * x : 1);
+        const double value =
+            steep * (cubic ? std::exp(0.2 * x + 0.003 * x * x + 0.001 * x * x * x) : 1);
         double* C = &light.coherency[(i * grid.zenith.size() + j) * 4 * grid.lanes + w];
         C[0] = value;
         C[grid.lanes] = 2 * value;
@@ -40,14 +41,19 @@ IncomingLight<double> light_on(const OrdersGrid<double>& grid, bool cubic) {
   return light;
 }
 
-TEST(CoarseOrders, KeepGroundTopAndEdges) {
+TEST(CoarseOrders, KeepGroundTopEdgesAndThickAir) {
+  const auto thin = make_orders_medium(exponential_air(0.2), std::vector<double>{0.0}, {});
+  const auto thick = make_orders_medium(exponential_air(50), std::vector<double>{0.0}, {});
   for (const int count : {4, 5, 12, 51}) {
-    const std::vector<std::size_t> kept = coarse_levels(orders_levels(60, count));
+    const std::vector<std::size_t> kept = coarse_levels(orders_levels(60, count), thin.optics);
     EXPECT_EQ(kept.front(), 0U);
     EXPECT_EQ(kept.back() + 1, static_cast<std::size_t>(count));
     EXPECT_LE(kept.size(), static_cast<std::size_t>(count) / 2 + 1);
   }
-  EXPECT_THAT(coarse_levels({0, 1, 2, 3, 3.01, 4, 5, 6}), testing::ElementsAre(0, 2, 3, 4, 6, 7));
+  EXPECT_THAT(coarse_levels({0, 1, 2, 3, 3.01, 4, 5, 6}, thin.optics),
+              testing::ElementsAre(0, 2, 3, 4, 6, 7));
+  EXPECT_THAT(coarse_levels({0, 1, 2, 3, 4, 50, 55, 60}, thick.optics),
+              testing::ElementsAre(0, 1, 2, 3, 4, 5, 6, 7));
 }
 
 // Levels crowd at the top of a haze, none at the steps of a smooth profile.
@@ -70,13 +76,25 @@ TEST(OrdersLevels, StandAtTheEdgesOfLayers) {
   EXPECT_LT(inside_km, 0.05);
 }
 
-// What is cubic relative to light that is known everywhere comes back as it was.
+// What is, in the logarithm, cubic relative to light that is known everywhere comes back as it was.
 TEST(CoarseOrders, RestrictedLightComesBack) {
   const Grids g;
   const IncomingLight<double> like = light_on(g.fine, false), wanted = light_on(g.fine, true);
   const IncomingLight<double> light = restrict_light(g.fine, g.coarse, g.kept, wanted);
   IncomingLight<double> total(g.fine);
   add_prolonged(g.coarse, g.fine, g.kept, light, like, total);
+  for (std::size_t i = 0; i < wanted.coherency.size(); ++i) {
+    EXPECT_NEAR(total.coherency[i], wanted.coherency[i], 1e-12 * std::abs(wanted.coherency[i]));
+  }
+}
+
+// Light scattered often reaches where light scattered once does not: it comes back there too.
+TEST(CoarseOrders, LightComesBackInTheDark) {
+  const Grids g;
+  const IncomingLight<double> wanted = light_on(g.fine, false), dark(g.fine);
+  IncomingLight<double> total(g.fine);
+  add_prolonged(g.coarse, g.fine, g.kept, restrict_light(g.fine, g.coarse, g.kept, wanted), dark,
+                total);
   for (std::size_t i = 0; i < wanted.coherency.size(); ++i) {
     EXPECT_NEAR(total.coherency[i], wanted.coherency[i], 1e-12 * std::abs(wanted.coherency[i]));
   }
