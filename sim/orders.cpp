@@ -26,6 +26,8 @@ constexpr int kMostOrders = 500;
 constexpr int kFirstDegree = 16, kSmoothDegree = 8;
 // The orders left out are nearly a geometric series, so that nearly all of them can be added.
 constexpr double kSeriesError = 0.05;
+// The first orders may grow where light gathers; later ones fall.
+constexpr int kTrustedOrders = 5;
 // Grids of light scattered twice, and more often.
 constexpr int kTwicePolar = 24, kTwiceAzimuths = 12;
 constexpr int kOftenPolar = 20, kOftenAzimuths = 8, kOftenDegree = 12;
@@ -100,6 +102,9 @@ class Solver {
     const int degree = orders_ == 2 ? kFirstDegree : kSmoothDegree;
     IncomingLight<T> light = sweep(grid, medium_, scattered_source(grid, medium_, last, degree),
                                    options_.ground_light, control_);
+    // No scattering makes light brighter than all that arrived: an order that is so is the grid's
+    // error in air it cannot resolve, and the series ends before it.
+    if (orders_ >= kTrustedOrders && brightest(grid, light) > brightest(grid, last)) return true;
     const double rest = take(grid, std::move(light), last, total);
     if (options_.scattering_orders || kSeriesError * rest >= options_.order_tolerance) return false;
     add_series(grid, last, before_, total);
@@ -145,6 +150,18 @@ class Solver {
       for (std::size_t i = 0; i < whole->size(); ++i) (*whole)[i] -= (*part)[i];
     }
     add_prolonged(coarse, grid, coarsening.kept, sum, last, total);
+  }
+
+  double brightest(const OrdersGrid<T>& grid, const IncomingLight<T>& light) const {
+    double most = 0;
+    for (std::size_t i = 0; i < grid.level_km.size(); ++i) {
+      for (std::size_t j = 0; j < grid.nodes; ++j) {
+        for (std::size_t w = 0; w < medium_.truncated.wavelengths(); ++w) {
+          most = std::max(most, trace(grid, light, i, j, w));
+        }
+      }
+    }
+    return most;
   }
 
   // The largest share of any value that the orders after `light` can add.
