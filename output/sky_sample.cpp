@@ -1,10 +1,8 @@
 #include "output/sky_sample.h"
 
 #include <fmt/format.h>
-#include <sys/resource.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <fstream>
 #include <memory>
@@ -15,6 +13,7 @@
 #include "output/colour.h"
 #include "output/colour_difference.h"
 #include "output/scene_colour.h"
+#include "sim/elapsed_time.h"
 
 namespace twilight {
 namespace {
@@ -24,23 +23,12 @@ constexpr double kSameWavelength_nm = 1e-6;
 /// Wall and processor time since it was made.
 class Clocks {
  public:
-  double wall() const {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-  }
-  double cpu() const { return cpu_now() - cpu_start_; }
+  double wall() const { return seconds_since(start_); }
+  double cpu() const { return processor_seconds() - cpu_start_; }
 
  private:
-  static double cpu_now() {
-    rusage usage{};
-    ::getrusage(RUSAGE_SELF, &usage);
-    const auto seconds = [](const timeval& t) {
-      return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
-    };
-    return seconds(usage.ru_utime) + seconds(usage.ru_stime);
-  }
-
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-  double cpu_start_ = cpu_now();
+  Clock::time_point start_ = Clock::now();
+  double cpu_start_ = processor_seconds();
 };
 
 // The process's own high-water mark. ru_maxrss is no measure for a child: Linux counts the pages of

@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <ctime>
 #include <optional>
 #include <stdexcept>
 
 #include "sim/cost_model.h"
+#include "sim/elapsed_time.h"
 #include "sim/quality.h"
 
 namespace twilight {
@@ -21,10 +21,6 @@ constexpr double kSpectralShare = 0.4;
 constexpr double kNoSaving = 0.005;
 // The series of orders may use this share of the budget.
 constexpr double kOrdersShare = 0.05;
-
-double processor_seconds() {
-  return static_cast<double>(std::clock()) / static_cast<double>(CLOCKS_PER_SEC);
-}
 
 struct Candidate {
   Scene scene;

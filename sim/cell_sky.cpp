@@ -6,24 +6,19 @@
 #include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <numbers>
 #include <numeric>
 #include <stdexcept>
 
 #include "atmosphere/refraction.h"
+#include "sim/elapsed_time.h"
 #include "sim/spectral_lanes.h"
 
 namespace twilight {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 }  // namespace
 

@@ -4,7 +4,6 @@
 #include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <span>
@@ -12,6 +11,7 @@
 
 #include "sim/aerosol_pass.h"
 #include "sim/azimuth_sampling.h"
+#include "sim/elapsed_time.h"
 #include "sim/emission_fractions.h"
 #include "sim/exchange_rings.h"
 #include "sim/first_event.h"
@@ -22,12 +22,6 @@
 
 namespace twilight {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 // Modes kept in azimuth: the field's finest features are as wide as the smoothest kernels
 // let through; 24 modes resolve 7.5 degrees.

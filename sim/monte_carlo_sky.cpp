@@ -9,10 +9,11 @@
 #include <algorithm>
 #include <atomic>
 #include <bit>
-#include <chrono>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
+
+#include "sim/elapsed_time.h"
 
 namespace twilight {
 namespace {
@@ -24,11 +25,6 @@ constexpr std::size_t kFewestBatches = 16;
 // Irradiance: directions per batch and paths per direction.
 constexpr std::size_t kDirections = 64, kPathsPerDirection = 4, kMostIrradianceBatches = 4096;
 constexpr double kIrradianceGuided = 0.7;
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 void check_model(const SceneModel& model) {
   const Medium& m = model.medium;

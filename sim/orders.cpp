@@ -37,9 +37,7 @@ constexpr std::size_t kLevelsAbove = 4;
 template <class T>
 double trace(const OrdersGrid<T>& grid, const IncomingLight<T>& light, std::size_t level,
              std::size_t node, std::size_t w) {
-  const T* C = &light.coherency[(level * grid.zenith.size() + node) * 4 * grid.lanes + w];
-  return static_cast<double>(C[0]) + static_cast<double>(C[grid.lanes]) +
-         static_cast<double>(C[2 * grid.lanes]);
+  return light.trace(level * grid.zenith.size() + node, grid.lanes, w);
 }
 
 template <class T>

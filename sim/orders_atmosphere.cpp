@@ -3,27 +3,22 @@
 #include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
 
 #include "sim/aerosol_emission.h"
 #include "sim/angular_moments.h"
+#include "sim/elapsed_time.h"
 #include "sim/emission_kernel.h"
 #include "sim/field_reference.h"
 
 namespace twilight {
 namespace {
 
-using Clock = std::chrono::steady_clock;
 constexpr std::size_t kBasisNodes = 2049;
 // Refractivities, relative, that share a ray.
 constexpr double kSharedRefractivity = 0.008;
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 }  // namespace
 

@@ -44,14 +44,6 @@ LevelStencil level_stencil(const std::vector<std::size_t>& kept, std::size_t lev
   return s;
 }
 
-template <class T>
-double trace_at(const IncomingLight<T>& light, std::size_t point, std::size_t lanes,
-                std::size_t w) {
-  const T* C = &light.coherency[point * 4 * lanes + w];
-  return static_cast<double>(C[0]) + static_cast<double>(C[lanes]) +
-         static_cast<double>(C[2 * lanes]);
-}
-
 // Moments I, E, B to the lower of two degrees are the first of each field's.
 template <class T>
 void copy_moments(const OrdersGrid<T>& from_grid, const OrdersGrid<T>& to_grid, const T* from,
@@ -146,11 +138,11 @@ void add_prolonged(const OrdersGrid<T>& coarse, const OrdersGrid<T>& fine,
     for (std::size_t j = 0; j < fine.nodes; ++j) {
       const std::size_t point = level * all + j;
       for (std::size_t w = 0; w < lanes; ++w) {
-        double trace[4] = {}, steep[4] = {}, here = trace_at(like, point, lanes, w);
+        double trace[4] = {}, steep[4] = {}, here = like.trace(point, lanes, w);
         bool lit = here > kDarkTrace;
         for (std::size_t k = 0; k < s.count; ++k) {
-          trace[k] = trace_at(light, s.coarse[k] * all + j, lanes, w);
-          steep[k] = trace_at(like, kept[s.coarse[k]] * all + j, lanes, w);
+          trace[k] = light.trace(s.coarse[k] * all + j, lanes, w);
+          steep[k] = like.trace(kept[s.coarse[k]] * all + j, lanes, w);
           lit = lit && steep[k] > kDarkTrace;
         }
         // Where the light of few scatterings does not get to, light is compared with itself.

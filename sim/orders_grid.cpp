@@ -150,6 +150,13 @@ IncomingLight<T>::IncomingLight(const OrdersGrid<T>& grid)
       moments(grid.aerosol_levels * grid.zenith.size() * grid.moments * grid.lanes),
       ground(grid.zenith.size() * grid.lanes) {}
 
+template <class T>
+double IncomingLight<T>::trace(std::size_t point, std::size_t lanes, std::size_t w) const {
+  const T* C = &coherency[point * 4 * lanes + w];
+  return static_cast<double>(C[0]) + static_cast<double>(C[lanes]) +
+         static_cast<double>(C[2 * lanes]);
+}
+
 template struct OrdersGrid<float>;
 template struct OrdersGrid<double>;
 template struct IncomingLight<float>;

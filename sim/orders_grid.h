@@ -64,6 +64,10 @@ struct IncomingLight {
   IncomingLight() = default;
   explicit IncomingLight(const OrdersGrid<T>& grid);
 
+  /// Trace of the coherency tensor, 4 pi times the mean radiance, at a point (level times the
+  /// zenith grid's nodes plus node) in one of `lanes`.
+  double trace(std::size_t point, std::size_t lanes, std::size_t w) const;
+
   std::vector<T> coherency;  ///< [level][node][xx, yy, zz, xz][lane]
   std::vector<T> moments;    ///< [aerosol level][node][I, E, B][moment_index][lane]
   std::vector<T> ground;     ///< irradiance, [node][lane]

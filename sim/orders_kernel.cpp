@@ -69,6 +69,15 @@ PairsAtPoint<T> SunAtPoint(const GatherInput<T>& in) {
   return at;
 }
 
+// The steep factor at a pair's Sun, linear between fine points.
+template <class T, class D>
+HWY_INLINE hn::Vec<D> Reference(D d, const GatherInput<T>& in, const PairsAtPoint<T>& at,
+                                std::size_t i, std::size_t w) {
+  const T* r = in.reference + static_cast<std::size_t>(at.cell[i]) * in.lanes + w;
+  const auto r0 = hn::LoadU(d, r), r1 = hn::LoadU(d, r + in.lanes);
+  return hn::MulAdd(hn::Set(d, at.f[i]), hn::Sub(r1, r0), r0);
+}
+
 // Cubic taps of every pair.
 template <class T>
 void FindTaps(const GatherInput<T>& in, const PairsAtPoint<T>& at) {
@@ -152,9 +161,7 @@ HWY_INLINE void GatherPairs(D d, const GatherInput<T>& in, const PairsAtPoint<T>
         c = next;
       }
       const auto add = [&](auto dl, auto i0, auto q0, auto u0) HWY_ATTR {
-        const T* HWY_RESTRICT r = in.reference + static_cast<std::size_t>(at.cell[i]) * lanes + w;
-        const auto r0 = hn::LoadU(dl, r), r1 = hn::LoadU(dl, r + lanes);
-        const auto ref = hn::MulAdd(hn::Set(dl, at.f[i]), hn::Sub(r1, r0), r0);
+        const auto ref = Reference(dl, in, at, i, w);
         T* HWY_RESTRICT o = out + i * (kPolarised ? 3 : 1) * lanes + w;
         hn::StoreU(hn::MulAdd(ref, i0, hn::LoadU(dl, o)), dl, o);
         if constexpr (kPolarised) {
@@ -285,9 +292,7 @@ HWY_INLINE void BeamPairs(D d, const BeamInput<T>& in, const PairsAtPoint<T>& at
           }
         }
       }
-      const T* HWY_RESTRICT r = g.reference + static_cast<std::size_t>(at.cell[i]) * lanes + w;
-      const auto r0 = hn::LoadU(d, r), r1 = hn::LoadU(d, r + lanes);
-      const auto beam = hn::MulAdd(hn::Set(d, at.f[i]), hn::Sub(r1, r0), r0);
+      const auto beam = Reference(d, g, at, i, w);
       T* HWY_RESTRICT o = out + i * (kPolarised ? 3 : 1) * lanes + w;
       hn::StoreU(hn::MulAdd(beam, I, hn::LoadU(d, o)), d, o);
       if constexpr (kPolarised) {
@@ -323,10 +328,7 @@ void GatherGround(const GatherInput<T>& in, const T* HWY_RESTRICT weight, std::s
       const auto k = hn::LoadU(d, weight + w);
       for (std::size_t i = 0; i < in.pairs; ++i) {
         if (at.fine[i] >= static_cast<T>(in.fine_end)) continue;
-        const T* HWY_RESTRICT r =
-            in.reference + static_cast<std::size_t>(at.cell[i]) * in.lanes + w;
-        const auto r0 = hn::LoadU(d, r), r1 = hn::LoadU(d, r + in.lanes);
-        const auto value = hn::MulAdd(hn::Set(d, at.f[i]), hn::Sub(r1, r0), r0);
+        const auto value = Reference(d, in, at, i, w);
         T* o = out + i * stride + w;
         hn::StoreU(hn::MulAdd(k, value, hn::LoadU(d, o)), d, o);
       }

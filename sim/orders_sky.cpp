@@ -6,12 +6,12 @@
 #include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
 
 #include "sim/angular_moments.h"
+#include "sim/elapsed_time.h"
 #include "sim/gauss_legendre.h"
 #include "sim/sun_disc_profile.h"
 #include "solar/limb_darkening.h"
@@ -20,11 +20,6 @@ namespace twilight {
 namespace {
 
 using std::numbers::pi;
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 }  // namespace
 

@@ -33,8 +33,10 @@ WeightedViews listed_views(std::span<const ViewDirection> views) {
   return result;
 }
 
-RelativeDifference relative_difference(const WeightedViews& views, std::span<const double> solar_irradiance,
-                             std::span<const double> truth, std::span<const double> radiance) {
+RelativeDifference relative_difference(const WeightedViews& views,
+                                       std::span<const double> solar_irradiance,
+                                       std::span<const double> truth,
+                                       std::span<const double> radiance) {
   const std::size_t V = views.views.size(), W = solar_irradiance.size();
   if (truth.size() != V * W || radiance.size() != V * W) {
     throw std::invalid_argument("sky_difference: radiances must be [view][wavelength]");

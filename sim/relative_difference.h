@@ -32,8 +32,10 @@ struct RelativeDifference {
 /// wavelength, is what they are measured in: a wavelength whose share of sunlight in a view is
 /// below kFaint of the view's brightest counts as if it had that, for it adds nothing to what is
 /// seen.
-RelativeDifference relative_difference(const WeightedViews& views, std::span<const double> solar_irradiance,
-                             std::span<const double> truth, std::span<const double> radiance);
+RelativeDifference relative_difference(const WeightedViews& views,
+                                       std::span<const double> solar_irradiance,
+                                       std::span<const double> truth,
+                                       std::span<const double> radiance);
 
 inline constexpr double kFaintShare = 1e-2;
 

@@ -169,8 +169,8 @@ struct BudgetOptions {
 };
 
 struct Scene {
-  /// "draft", "fair", "standard", "high" or "reference": method "orders" and its steps (sim/quality.h),
-  /// already put into `solver` by load_scene().
+  /// "draft", "fair", "standard", "high" or "reference": method "orders" and its steps
+  /// (sim/quality.h), already put into `solver` by load_scene().
   std::optional<std::string> quality;
   BudgetOptions budget;
   ObserverOptions observer;

@@ -6,20 +6,16 @@
 #include <fmt/format.h>
 
 #include <cstdlib>
-#include <ctime>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "sim/budget_plan.h"
+#include "sim/elapsed_time.h"
 #include "sim/quality.h"
 
 namespace twilight {
 namespace {
-
-double processor_seconds() {
-  return static_cast<double>(std::clock()) / static_cast<double>(CLOCKS_PER_SEC);
-}
 
 struct Case {
   const char* name;

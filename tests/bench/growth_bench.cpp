@@ -2,7 +2,6 @@
 // layers, wavelengths, orders of scattering and threads, with fitted exponents, as a table and one
 // plot. Not a test: prints figures and, with a file name, writes the SVG.
 #include <fmt/format.h>
-#include <sys/resource.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -15,6 +14,7 @@
 
 #include "output/machine.h"
 #include "output/svg_plot.h"
+#include "sim/elapsed_time.h"
 #include "sim/scene_model.h"
 
 namespace twilight {
@@ -23,15 +23,6 @@ namespace {
 struct Cost {
   double wall_s = 0, processor_s = 0;
 };
-
-double processor_seconds() {
-  rusage usage{};
-  ::getrusage(RUSAGE_SELF, &usage);
-  const auto seconds = [](const timeval& t) {
-    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
-  };
-  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
-}
 
 // Least of some solves: what other work on the machine adds is left out best.
 Cost cost_of(const Scene& scene, int runs) {

@@ -5,7 +5,6 @@
 // --quick), and is compared over the hemisphere with the truth: the reference level with all steps
 // refined by a third, or the level named.
 #include <fmt/format.h>
-#include <sys/resource.h>
 
 #include <algorithm>
 #include <numbers>
@@ -14,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "sim/elapsed_time.h"
 #include "sim/orders_sky.h"
 #include "sim/quality.h"
 #include "sim/relative_difference.h"
@@ -22,15 +22,6 @@ namespace twilight {
 namespace {
 
 constexpr double kRadPerDeg = std::numbers::pi / 180;
-
-double processor_seconds() {
-  rusage usage{};
-  ::getrusage(RUSAGE_SELF, &usage);
-  const auto seconds = [](const timeval& t) {
-    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
-  };
-  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
-}
 
 struct Solved {
   double seconds = 0;

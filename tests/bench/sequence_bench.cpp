@@ -1,7 +1,6 @@
 // Maps of many Suns from one solved field, as a table: sequence_bench [RUNS [FIELD.nc [FRAMES]]]
 // A field file that does not exist is written, one that does is read.
 #include <fmt/format.h>
-#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -15,6 +14,7 @@
 
 #include "output/field_file.h"
 #include "output/sky_sequence.h"
+#include "sim/elapsed_time.h"
 #include "sim/scene_model.h"
 #include "solar/solar_spectrum.h"
 
@@ -22,15 +22,6 @@ namespace twilight {
 namespace {
 
 constexpr double kRadPerDeg = std::numbers::pi / 180;
-
-double processor_seconds() {
-  rusage used{};
-  ::getrusage(RUSAGE_SELF, &used);
-  const auto seconds = [](const timeval& t) {
-    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
-  };
-  return seconds(used.ru_utime) + seconds(used.ru_stime);
-}
 
 struct Spent {
   double wall_s, processor_s;
