@@ -115,7 +115,8 @@ SkySample sample_sky(SceneModel model, const std::vector<double>& sun_elevations
     if (!one_field) {
       sky = solve_sky(model, control);
     } else {
-      FieldSky solved = field ? sky_from_field(model, field, control) : solve_field(model, control);
+      FieldSky solved =
+          field ? sky_from_field(model, field, control) : solve_sky_and_field(model, control);
       sky = std::move(solved.sky);
       if (field) {
         sample.setup_seconds = setup.wall();

@@ -223,13 +223,12 @@ struct Run {
     return sky_from_field(model, std::move(field), control()).sky;
   }
 
+  void row(std::string_view label, std::string_view value) { log.info("{:<36} {}", label, value); }
+
   /// The summary of a solved sky: figures, seconds per stage, total, peak memory.
   void summarise(const SceneModel& model, const Sky& sky,
                  const std::vector<std::pair<std::string, std::string>>& figures) {
     progress.clear();
-    const auto row = [&](std::string_view label, std::string_view value) {
-      log.info("{:<36} {}", label, value);
-    };
     row("Sun",
         fmt::format(
             "elevation {:.4f} deg, {}, azimuth {:.4f} deg", model.sun_elevation_rad * kDegrees,
@@ -237,12 +236,19 @@ struct Run {
                 ? fmt::format("apparent {:.4f} deg", sky.apparent_sun_elevation_rad() * kDegrees)
                 : "below the horizon",
             model.sun_azimuth_rad * kDegrees));
+    summarise(sky.summary(), figures);
+  }
+
+  /// The same for what no one Sun is part of.
+  void summarise(const RunSummary& summary,
+                 const std::vector<std::pair<std::string, std::string>>& figures) {
+    progress.clear();
     if (plan) {
       for (const auto& [label, value] : plan->figures()) row(label, value);
     }
-    for (const auto& [label, value] : sky.summary().figures) row(label, value);
+    for (const auto& [label, value] : summary.figures) row(label, value);
     for (const auto& [label, value] : figures) row(label, value);
-    for (const auto& [stage, seconds] : sky.summary().stage_seconds)
+    for (const auto& [stage, seconds] : summary.stage_seconds)
       row("  " + stage, fmt::format("{:.3f} s", seconds));
     for (const auto& [stage, seconds] : stage_seconds) row(stage, fmt::format("{:.3f} s", seconds));
     rusage usage{};
@@ -455,7 +461,7 @@ void solve(Run& run) {
   run.choose_settings();
   run.foretell(0);
   const SceneModel model = run.model();
-  const FieldSky solved = solve_field(model, run.control());
+  const SolvedField solved = solve_field(model, run.control());
   run.timed("file", [&] {
     AtomicFile file(run.line.field_output);
     write_field(file, *solved.field, model);
@@ -463,7 +469,7 @@ void solve(Run& run) {
     file.commit();
     return true;
   });
-  run.summarise(model, *solved.sky, {{"written", run.line.field_output.string()}});
+  run.summarise(solved.summary, {{"written", run.line.field_output.string()}});
 }
 
 void sun(Run& run) {

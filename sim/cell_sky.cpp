@@ -1,9 +1,7 @@
 #include "sim/cell_sky.h"
 
 #include <fmt/format.h>
-#include <oneapi/tbb/info.h>
 #include <oneapi/tbb/parallel_for.h>
-#include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
 #include <cmath>
@@ -13,6 +11,7 @@
 
 #include "atmosphere/refraction.h"
 #include "sim/elapsed_time.h"
+#include "sim/solver_arena.h"
 #include "sim/spectral_lanes.h"
 
 namespace twilight {
@@ -22,20 +21,13 @@ constexpr double kPi = std::numbers::pi;
 
 }  // namespace
 
-struct CellSky::Arena {
-  explicit Arena(int threads)
-      : arena(threads > 0 ? std::min(threads, tbb::info::default_concurrency())
-                          : tbb::task_arena::automatic) {}
-  tbb::task_arena arena;
-};
-
 CellSky::~CellSky() = default;
 
 CellSky::CellSky(const SceneModel& model, const RunControl& control) : model_(model) {
   const Scene& scene = model_.scene;
   const SolverOptions& solver = scene.solver;
   const auto start = Clock::now();
-  arena_ = std::make_unique<Arena>(solver.threads);
+  arena_ = std::make_unique<SolverArena>(solver.threads);
   sun_.elevation_rad = model_.sun_elevation_rad;
   observer_height_km_ = observer_altitude_km(scene);
 

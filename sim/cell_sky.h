@@ -14,6 +14,8 @@
 
 namespace twilight {
 
+struct SolverArena;
+
 /// Solves the exchange between cells once; then answers for any view.
 /// Haber et al. 2005, Sec. 4 and 5. Results do not depend on the number of threads.
 class CellSky : public Sky {
@@ -55,8 +57,7 @@ class CellSky : public Sky {
   std::vector<double> beam_transmittance_;  // with the delta-M forward peak left in
   double observer_height_km_ = 0;
   RunSummary summary_;
-  struct Arena;
-  std::unique_ptr<Arena> arena_;
+  std::unique_ptr<SolverArena> arena_;
 };
 
 }  // namespace twilight

@@ -33,13 +33,12 @@ DirectSunlight::DirectSunlight(const Medium& medium, const DirectSunlightOptions
   if (altitude_nodes_ < 4 || angle_nodes_ < 8) {
     throw std::invalid_argument("DirectSunlight needs at least 4 altitude and 8 angle nodes");
   }
-  SunRaysOptions family;
-  family.altitude_nodes = exact_ ? altitude_nodes_ : kAltitudeNodes;
-  family.angle_nodes = exact_ ? angle_nodes_ : kAngleNodes;
-  family.refractive_spreading = options.refractive_spreading;
+  std::vector<BendingTable> bending = bending_tables(
+      medium, exact_ ? altitude_nodes_ : kAltitudeNodes, exact_ ? angle_nodes_ : kAngleNodes);
   std::vector<std::optional<SunRays>> built(wavelengths_);
-  tbb::parallel_for(std::size_t{0}, wavelengths_,
-                    [&](std::size_t w) { built[w].emplace(medium, w, family); });
+  tbb::parallel_for(std::size_t{0}, wavelengths_, [&](std::size_t w) {
+    built[w].emplace(medium, w, std::move(bending[w]), options.refractive_spreading);
+  });
   for (std::size_t w = 0; w < wavelengths_; ++w) rays_.push_back(std::move(*built[w]));
   if (exact_) return;
 

@@ -2,9 +2,7 @@
 
 #include <fmt/format.h>
 #include <oneapi/tbb/enumerable_thread_specific.h>
-#include <oneapi/tbb/info.h>
 #include <oneapi/tbb/parallel_for.h>
-#include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
 #include <atomic>
@@ -14,6 +12,7 @@
 #include <stdexcept>
 
 #include "sim/elapsed_time.h"
+#include "sim/solver_arena.h"
 
 namespace twilight {
 namespace {
@@ -40,13 +39,6 @@ void check_model(const SceneModel& model) {
 }
 
 }  // namespace
-
-struct MonteCarloSky::Arena {
-  explicit Arena(int threads)
-      : arena(threads > 0 ? std::min(threads, tbb::info::default_concurrency())
-                          : tbb::task_arena::automatic) {}
-  tbb::task_arena arena;
-};
 
 // Sums over batches of equal size, in their order.
 class MonteCarloSky::Statistics {
@@ -82,7 +74,7 @@ MonteCarloSky::MonteCarloSky(const SceneModel& model, const RunControl& control)
   if (!scene.atmosphere.refraction) {
     model_.medium.refractivity = LayerTable(model_.medium.layers(), W);
   }
-  arena_ = std::make_unique<Arena>(scene.solver.threads);
+  arena_ = std::make_unique<SolverArena>(scene.solver.threads);
   world_.medium = &model_.medium;
   world_.ground_albedo = model_.ground_albedo.empty()
                              ? std::vector<double>(W, scene.earth.ground_albedo)

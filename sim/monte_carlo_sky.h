@@ -11,6 +11,8 @@
 
 namespace twilight {
 
+struct SolverArena;
+
 /// One view's Stokes parameters with standard errors (one sigma), W m^-2 sr^-1 nm^-1, per
 /// wavelength.
 struct MonteCarloEstimate {
@@ -56,7 +58,6 @@ class MonteCarloSky : public Sky {
   MonteCarloEstimate estimate(const ViewDirection& view) const;
 
  private:
-  struct Arena;
   class Statistics;
   void run_batches(const MonteCarloView& view, std::uint64_t view_key, std::size_t first,
                    std::size_t last, std::size_t paths, Statistics& statistics) const;
@@ -77,7 +78,7 @@ class MonteCarloSky : public Sky {
   std::vector<double> sun_transmittance_;
   mutable RunSummary summary_;
   mutable std::mutex summary_mutex_;
-  std::unique_ptr<Arena> arena_;
+  std::unique_ptr<SolverArena> arena_;
 };
 
 }  // namespace twilight

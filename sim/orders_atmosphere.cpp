@@ -1,5 +1,6 @@
 #include "sim/orders_atmosphere.h"
 
+#include <fmt/format.h>
 #include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
@@ -44,13 +45,10 @@ OrdersOptions orders_options(const SceneModel& model) {
   return options;
 }
 
-OrdersAtmosphere::OrdersAtmosphere(const SceneModel& model,
+SolvedAtmosphere::SolvedAtmosphere(const SceneModel& model,
                                    std::shared_ptr<const OrdersField> given,
                                    const RunControl& control, RunSummary& summary)
-    : medium(model.medium),
-      options(orders_options(model)),
-      field(std::move(given)),
-      zenith(field ? field->zenith_step_deg : options.zenith_step_deg) {
+    : medium(model.medium), options(orders_options(model)), field(std::move(given)) {
   auto stage = Clock::now();
   const auto timed = [&](const char* name) {
     summary.stage_seconds.emplace_back(name, seconds_since(stage));
@@ -61,7 +59,6 @@ OrdersAtmosphere::OrdersAtmosphere(const SceneModel& model,
                                          ? std::vector<double>(W, model.scene.earth.ground_albedo)
                                          : model.ground_albedo;
   optics = make_orders_medium(medium, albedo, options);
-  kinds = aerosol_kinds(medium);
   if (field) require_fit();
   DirectSunlightOptions exact;
   exact.exact = true;
@@ -75,6 +72,15 @@ OrdersAtmosphere::OrdersAtmosphere(const SceneModel& model,
     timed("orders");
   }
   control.check();
+}
+
+OrdersAtmosphere::OrdersAtmosphere(const SceneModel& model,
+                                   std::shared_ptr<const OrdersField> given,
+                                   const RunControl& control, RunSummary& summary)
+    : SolvedAtmosphere(model, std::move(given), control, summary), zenith(field->zenith_step_deg) {
+  const auto start = Clock::now();
+  const std::size_t W = wavelengths();
+  kinds = aerosol_kinds(medium);
   // Beyond the topmost shadow all is night.
   constexpr double kDiscAndSpare_rad = 0.03;
   sunlit = std::make_unique<SunlitAir>(
@@ -106,7 +112,30 @@ OrdersAtmosphere::OrdersAtmosphere(const SceneModel& model,
   }
   relate_field();
   tabulate_emission();
-  timed("prepare views");
+  summary.stage_seconds.emplace_back("prepare views", seconds_since(start));
+}
+
+std::vector<std::pair<std::string, std::string>> SolvedAtmosphere::figures() const {
+  std::vector<std::pair<std::string, std::string>> figures;
+  figures.emplace_back("field",
+                       fmt::format("{} levels x {} solar zenith angles", field->altitude_km.size(),
+                                   field->solar_zenith_rad.size()));
+  figures.emplace_back("scattering events", fmt::format("{}", field->orders));
+  if (optics.degree > 0) {
+    figures.emplace_back("aerosol phase functions",
+                         fmt::format("{} kinds to degree {}", optics.kinds.size(), optics.degree));
+  }
+  const std::size_t W = wavelengths();
+  std::string shares;
+  for (std::size_t k = W / 2; k < field->order_share.size(); k += W) {
+    shares += fmt::format("{}{:.3g}", shares.empty() ? "" : ", ", field->order_share[k]);
+  }
+  if (!shares.empty()) {
+    figures.emplace_back(fmt::format("share of each order in the mean radiance, Sun -6 deg, {} nm",
+                                     medium.wavelength_nm[W / 2]),
+                         shares);
+  }
+  return figures;
 }
 
 void OrdersAtmosphere::tabulate_emission() {
@@ -140,9 +169,9 @@ void OrdersAtmosphere::emission_basis(double zenith_rad, float* p) const {
   for (std::size_t i = 0; i < count; ++i) p[i] = a[i] + f * (b[i] - a[i]);
 }
 
-void OrdersAtmosphere::require_fit() const {
+void SolvedAtmosphere::require_fit() const {
   const OrdersField& f = *field;
-  const std::size_t W = medium.wavelengths(), nodes = f.solar_zenith_rad.size();
+  const std::size_t W = wavelengths(), nodes = f.solar_zenith_rad.size();
   const std::size_t count =
       optics.degree > 0 ? (options.polarised ? 3 : 1) * moment_count(optics.degree) : 0;
   const bool whole_aerosol =
@@ -153,7 +182,7 @@ void OrdersAtmosphere::require_fit() const {
       f.polarised != options.polarised || f.moments_per_node != count || !whole_aerosol ||
       f.coherency.size() != f.altitude_km.size() * nodes * 4 * W ||
       f.aerosol_moments.size() != f.aerosol_levels * nodes * f.moments_per_node * W ||
-      f.ground_irradiance.size() != nodes * W || zenith.size() != nodes) {
+      f.ground_irradiance.size() != nodes * W || ZenithGrid(f.zenith_step_deg).size() != nodes) {
     throw std::invalid_argument(
         "the field does not belong to this scene: its wavelengths, "
         "top, phase degree, polarisation or sizes differ");

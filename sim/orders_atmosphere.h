@@ -3,6 +3,8 @@
 
 #include <cstddef>
 #include <memory>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "atmosphere/refraction.h"
@@ -22,33 +24,46 @@ struct ColourRays {
   RefractedRays rays;
 };
 
-/// The orders method's field and all that looking at it needs: optics, direct sunlight everywhere,
-/// phase functions, and the field relative to its trace. Skies of one atmosphere under many Suns
-/// share it (0.5 s to make for 8 wavelengths, a further sky milliseconds). Immutable once made, and
-/// safe to share between threads.
-class OrdersAtmosphere {
- public:
+/// The orders method's field, and the medium and direct sunlight that it was solved from.
+struct SolvedAtmosphere {
   /// Solves the field, or takes one solved before for the same atmosphere, ground, wavelengths and
   /// grid. Of the model the Sun's and the observer's place do not matter. Runs on the current
   /// oneTBB arena; adds its stages' seconds to `summary`.
   /// Throws Cancelled when stopped; std::invalid_argument for an invalid model, or where the
   /// field's sizes do not fit it.
+  SolvedAtmosphere(const SceneModel& model, std::shared_ptr<const OrdersField> field,
+                   const RunControl& control, RunSummary& summary);
+
+  Medium medium;  ///< as given, not truncated
+  OrdersOptions options;
+  OrdersMedium optics;
+  std::unique_ptr<const DirectSunlight> sunlight;
+  std::shared_ptr<const OrdersField> field;
+
+  std::size_t lanes() const { return optics.lanes; }
+  std::size_t wavelengths() const { return medium.wavelengths(); }
+  /// What a summary tells of the field.
+  std::vector<std::pair<std::string, std::string>> figures() const;
+
+ private:
+  void require_fit() const;
+};
+
+/// A solved atmosphere and all that looking at it needs: phase functions, direct sunlight along
+/// views, and the field relative to its trace. Skies of one atmosphere under many Suns share it
+/// (0.5 s to make for 8 wavelengths, a further sky milliseconds). Immutable once made, and safe to
+/// share between threads.
+class OrdersAtmosphere : public SolvedAtmosphere {
+ public:
+  /// As SolvedAtmosphere.
   OrdersAtmosphere(const SceneModel& model, std::shared_ptr<const OrdersField> field,
                    const RunControl& control, RunSummary& summary);
   OrdersAtmosphere(const OrdersAtmosphere&) = delete;
   OrdersAtmosphere& operator=(const OrdersAtmosphere&) = delete;
 
-  std::size_t lanes() const { return optics.lanes; }
-  std::size_t wavelengths() const { return medium.wavelengths(); }
   std::size_t kind_count() const { return kinds.scattering_per_km.size(); }
 
-  /// The medium, its ground and how it was solved.
-  Medium medium;  ///< as given, not truncated
-  OrdersOptions options;
-  OrdersMedium optics;
-  std::shared_ptr<const OrdersField> field;
   ZenithGrid zenith;
-  std::unique_ptr<const DirectSunlight> sunlight;
   std::unique_ptr<const SunlitAir> sunlit;
   AerosolKinds kinds;  ///< point into `medium`
   std::unique_ptr<const PhaseTable> phase, truncated_phase;
@@ -66,7 +81,6 @@ class OrdersAtmosphere {
   void emission_basis(double zenith_rad, float* p) const;
 
  private:
-  void require_fit() const;
   void relate_field();
   void tabulate_emission();
   std::vector<float> basis_;  // [zenith angle][moment_index]

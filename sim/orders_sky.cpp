@@ -13,6 +13,7 @@
 #include "sim/angular_moments.h"
 #include "sim/elapsed_time.h"
 #include "sim/gauss_legendre.h"
+#include "sim/solver_arena.h"
 #include "sim/sun_disc_profile.h"
 #include "solar/limb_darkening.h"
 
@@ -23,17 +24,12 @@ using std::numbers::pi;
 
 }  // namespace
 
-struct OrdersSky::Arena {
-  explicit Arena(int threads) : arena(threads > 0 ? threads : tbb::task_arena::automatic) {}
-  tbb::task_arena arena;
-};
-
 OrdersSky::OrdersSky(const SceneModel& model, const RunControl& control)
     : OrdersSky(model, std::shared_ptr<const OrdersField>(), control) {}
 
 OrdersSky::OrdersSky(const SceneModel& model, std::shared_ptr<const OrdersField> field,
                      const RunControl& control)
-    : model_(model), arena_(std::make_unique<Arena>(model.scene.solver.threads)) {
+    : model_(model), arena_(std::make_unique<SolverArena>(model.scene.solver.threads)) {
   arena_->arena.execute([&] {
     const auto start = Clock::now();
     atmosphere_ = std::make_shared<OrdersAtmosphere>(model_, std::move(field), control, summary_);
@@ -46,7 +42,7 @@ OrdersSky::OrdersSky(const SceneModel& model, std::shared_ptr<const OrdersAtmosp
                      const RunControl& control)
     : model_(model),
       atmosphere_(std::move(atmosphere)),
-      arena_(std::make_unique<Arena>(model.scene.solver.threads)) {
+      arena_(std::make_unique<SolverArena>(model.scene.solver.threads)) {
   arena_->arena.execute([&] { look(control); });
 }
 
@@ -56,27 +52,7 @@ OrdersSky::~OrdersSky() = default;
 void OrdersSky::look(const RunControl& control) {
   control.check();
   const Medium& m = model_.medium;
-  const OrdersField& field = *atmosphere_->field;
-  const std::size_t W = m.wavelengths();
-  auto& figures = summary_.figures;
-  figures.emplace_back("field",
-                       fmt::format("{} levels x {} solar zenith angles", field.altitude_km.size(),
-                                   field.solar_zenith_rad.size()));
-  figures.emplace_back("scattering events", fmt::format("{}", field.orders));
-  if (const OrdersMedium& optics = atmosphere_->optics; optics.degree > 0) {
-    figures.emplace_back("aerosol phase functions",
-                         fmt::format("{} kinds to degree {}", optics.kinds.size(), optics.degree));
-  }
-  std::string shares;
-  for (std::size_t k = W / 2; k < field.order_share.size(); k += W) {
-    shares += fmt::format("{}{:.3g}", shares.empty() ? "" : ", ", field.order_share[k]);
-  }
-  if (!shares.empty()) {
-    figures.emplace_back(fmt::format("share of each order in the mean radiance, Sun -6 deg, {} nm",
-                                     m.wavelength_nm[W / 2]),
-                         shares);
-  }
-
+  summary_.figures = atmosphere_->figures();
   const double height_km = observer_altitude_km(model_.scene);
   const double zenith = pi / 2 - model_.sun_elevation_rad;
   gather_ = std::make_unique<OrdersGather>(*atmosphere_, zenith, height_km);

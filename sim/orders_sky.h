@@ -12,6 +12,8 @@
 
 namespace twilight {
 
+struct SolverArena;
+
 /// The reference solver: solves, or takes, the field of an atmosphere and looks at it from one
 /// place under one Sun. Results do not depend on the number of threads.
 class OrdersSky : public Sky {
@@ -63,8 +65,7 @@ class OrdersSky : public Sky {
   mutable RunSummary summary_;
   mutable std::once_flag tabulated_;
   mutable std::unique_ptr<const SkyTable> table_;
-  struct Arena;
-  std::unique_ptr<Arena> arena_;
+  std::unique_ptr<SolverArena> arena_;
 };
 
 }  // namespace twilight

@@ -10,7 +10,6 @@
 #include "sim/angular_moments.h"
 #include "sim/emission_kernel.h"
 #include "sim/field_reference.h"
-#include "sim/sun_disc_profile.h"
 
 namespace twilight {
 namespace {
@@ -40,9 +39,16 @@ bool within_reach(const OrdersMedium& medium, const std::vector<double>& level_k
 
 }  // namespace
 
-void beam_row(const DirectSunlight& sunlight, const OrdersOptions& options,
-              std::span<const double> wavelength_nm, double altitude_km, std::span<float> beam) {
-  const std::size_t lanes = sunlight.lanes();
+BeamRows::BeamRows(const DirectSunlight& sunlight, const OrdersOptions& options,
+                   std::span<const double> wavelength_nm)
+    : sunlight_(sunlight), wavelengths_(wavelength_nm.size()) {
+  if (options.disc_average) {
+    disc_.emplace(wavelength_nm, options.sun_distance_au, sunlight.lanes());
+  }
+}
+
+void BeamRows::row(double altitude_km, std::span<float> beam) const {
+  const std::size_t lanes = sunlight_.lanes();
   std::fill(beam.begin(), beam.end(), 0.0F);
   // Attenuation is smooth while the Sun is high: cubic between every kStride-th point.
   constexpr std::size_t kStride = 16, kHigh = static_cast<std::size_t>(65 / 0.05) / 16 * 16;
@@ -50,7 +56,7 @@ void beam_row(const DirectSunlight& sunlight, const OrdersOptions& options,
   std::size_t end = 0;
   for (std::size_t k = 0; k < ZenithGrid::kFineSize; k += k < kHigh ? kStride : 1) {
     const double chi = static_cast<double>(k) * kFine_rad;
-    if (chi > pi || !sunlight.attenuation(altitude_km, chi, &attenuation[k * lanes])) break;
+    if (chi > pi || !sunlight_.attenuation(altitude_km, chi, &attenuation[k * lanes])) break;
     end = k + 1;
   }
   for (std::size_t k = 0; k < std::min(end, kHigh); ++k) {
@@ -58,7 +64,7 @@ void beam_row(const DirectSunlight& sunlight, const OrdersOptions& options,
     const auto cells = kHigh / kStride + 1;
     const auto t = static_cast<double>(k) / kStride;
     const ZenithGrid::Stencil s = ZenithGrid::stencil(t, cells);
-    for (std::size_t w = 0; w < wavelength_nm.size(); ++w) {
+    for (std::size_t w = 0; w < wavelengths_; ++w) {
       double sum = 0;
       for (std::size_t q = 0; q < 4; ++q) {
         sum += s.weight[q] * static_cast<double>(attenuation[(s.first + q) * kStride * lanes + w]);
@@ -67,14 +73,12 @@ void beam_row(const DirectSunlight& sunlight, const OrdersOptions& options,
     }
   }
   for (std::size_t k = 0; k < end; ++k) {
-    for (std::size_t w = 0; w < wavelength_nm.size(); ++w) {
+    for (std::size_t w = 0; w < wavelengths_; ++w) {
       const float a = attenuation[k * lanes + w];
       if (a < DirectSunlight::kOpaque) beam[k * lanes + w] = std::exp(-a);
     }
   }
-  if (options.disc_average) {
-    average_over_disc(wavelength_nm, options.sun_distance_au, lanes, end, beam);
-  }
+  if (disc_) (*disc_)(end, beam);
 }
 
 template <class T>
@@ -99,10 +103,11 @@ BeamSource<T> beam_source(const OrdersGrid<T>& grid, const OrdersMedium& medium,
   source.end.assign(count, 0);
   source.ground.assign(kFine * lanes, T(0));
   source.lift_rad.resize(count * kFine);
+  const BeamRows beams(sunlight, options, medium.truncated.wavelength_nm);
   tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
     const double z = source.level_km[i];
     std::vector<float> beam(kFine * lanes);
-    beam_row(sunlight, options, medium.truncated.wavelength_nm, z, beam);
+    beams.row(z, beam);
     T* irradiance = &source.irradiance[i * kFine * lanes];
     for (std::size_t k = 0; k < beam.size(); ++k) {
       const bool lit = static_cast<double>(beam[k]) > kDarkTrace;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -9,13 +10,24 @@
 #include "sim/orders_grid.h"
 #include "sim/orders_medium.h"
 #include "sim/orders_options.h"
+#include "sim/sun_disc_profile.h"
 
 namespace twilight {
 
-/// Irradiance normal to the beam over that above the atmosphere on the fine zenith scale of
-/// ZenithGrid, beam[fine][lane]; averaged over the Sun's disc where asked.
-void beam_row(const DirectSunlight& sunlight, const OrdersOptions& options,
-              std::span<const double> wavelength_nm, double altitude_km, std::span<float> beam);
+/// Direct sunlight at one altitude after the other; averaged over the Sun's disc where asked.
+class BeamRows {
+ public:
+  BeamRows(const DirectSunlight& sunlight, const OrdersOptions& options,
+           std::span<const double> wavelength_nm);
+  /// Irradiance normal to the beam over that above the atmosphere on the fine zenith scale of
+  /// ZenithGrid, beam[fine][lane].
+  void row(double altitude_km, std::span<float> beam) const;
+
+ private:
+  const DirectSunlight& sunlight_;
+  std::size_t wavelengths_;
+  std::optional<DiscAverage> disc_;
+};
 
 /// Direct sunlight on levels finer than the field's, for it has edges.
 template <class T>

@@ -14,7 +14,9 @@
 #include "atmosphere/optical_layers.h"
 #include "sim/cell_sky.h"
 #include "sim/monte_carlo_sky.h"
+#include "sim/orders_atmosphere.h"
 #include "sim/orders_sky.h"
+#include "sim/solver_arena.h"
 #include "sim/spectral_sky.h"
 #include "solar/place.h"
 #include "solar/solar_spectrum.h"
@@ -215,7 +217,19 @@ void require_orders(const SceneModel& model) {
 
 }  // namespace
 
-FieldSky solve_field(const SceneModel& model, const RunControl& control) {
+SolvedField solve_field(const SceneModel& model, const RunControl& control) {
+  require_orders(model);
+  SolvedField solved;
+  SolverArena arena(model.scene.solver.threads);
+  arena.arena.execute([&] {
+    const SolvedAtmosphere atmosphere(model, nullptr, control, solved.summary);
+    solved.summary.figures = atmosphere.figures();
+    solved.field = atmosphere.field;
+  });
+  return solved;
+}
+
+FieldSky solve_sky_and_field(const SceneModel& model, const RunControl& control) {
   require_orders(model);
   auto sky = std::make_unique<OrdersSky>(model, control);
   auto field = sky->field();

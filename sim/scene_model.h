@@ -62,9 +62,18 @@ struct FieldSky {
   std::shared_ptr<const OrdersField> field;
 };
 
+/// A field alone, and how it was solved.
+struct SolvedField {
+  std::shared_ptr<const OrdersField> field;
+  RunSummary summary;
+};
+
 /// Solves the field of a scene whose solver.method is "orders". Throws std::invalid_argument for
 /// another method, Cancelled when stopped.
-FieldSky solve_field(const SceneModel& model, const RunControl& control = {});
+SolvedField solve_field(const SceneModel& model, const RunControl& control = {});
+
+/// The same with the sky of the model's Sun and observer.
+FieldSky solve_sky_and_field(const SceneModel& model, const RunControl& control = {});
 
 /// The sky of the model (its Sun, its observer) from a field solved before for the same atmosphere
 /// and ground (read_field in output/field_file.h makes sure of that). Throws as solve_field.

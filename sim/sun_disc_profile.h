@@ -16,8 +16,17 @@ std::vector<GaussNode> disc_strips(double wavelength_nm, int strips);
 /// Averages a quantity given for a point Sun over the limb-darkened disc: every value on the fine
 /// zenith scale of ZenithGrid becomes the mean over the disc's strips of equal zenith angle,
 /// weighted with their light (solar/limb_darkening.h). The curvature of the strips is left out
-/// (2e-5). value[fine][lane], lit below fine point `end`; beyond 180 degrees it is mirrored.
-void average_over_disc(std::span<const double> wavelength_nm, double sun_distance_au,
-                       std::size_t lanes, std::size_t end, std::span<float> value);
+/// (2e-5).
+class DiscAverage {
+ public:
+  DiscAverage(std::span<const double> wavelength_nm, double sun_distance_au, std::size_t lanes);
+  /// value[fine][lane], lit below fine point `end`; beyond 180 degrees it is mirrored.
+  void operator()(std::size_t end, std::span<float> value) const;
+
+ private:
+  std::size_t lanes_;
+  int reach_;                  // fine steps to either side
+  std::vector<float> weight_;  // [fine step][lane]
+};
 
 }  // namespace twilight

@@ -1,11 +1,9 @@
 #include "sim/sun_rays.h"
 
-#include <oneapi/tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <stdexcept>
+#include <utility>
 
 #include "atmosphere/refraction.h"
 
@@ -17,8 +15,6 @@ constexpr std::size_t kPerShell = 3;  // intervals of a shell's cubic
 constexpr std::size_t kSteep = 128;   // intervals of rays from the ground
 constexpr std::size_t kBins = 2048;
 constexpr double kLeastRise = 1e-3;  // of n r over r, where refraction would duct rays
-// da/dchi of caustics, in media that focus (strong inversions, ducts); the Earth's is 0.1 to 1.1.
-constexpr double kLeastSlope = 1e-3, kMostSlope = 10;
 // Below this solar zenith angle sin(a) / sin(chi) is da/dchi, to 1e-7.
 constexpr double kNearZenithRad = 0.01;
 
@@ -46,83 +42,19 @@ std::size_t stencil(double position, std::size_t n) {
   return std::min(cell > 0 ? cell - 1 : 0, n - 4);
 }
 
-// Value and slope at x of the polynomial through six nodes about x (nodes ascending).
-struct Sextic {
-  double value, slope;
-};
-Sextic interpolate(const std::vector<double>& nodes, const std::vector<double>& values, double x) {
-  constexpr std::size_t kPoints = 6;
-  const auto above =
-      static_cast<std::size_t>(std::upper_bound(nodes.begin(), nodes.end(), x) - nodes.begin());
-  const std::size_t first = std::min(above > 3 ? above - 3 : 0, nodes.size() - kPoints);
-  // Neville's scheme, with derivatives.
-  double p[kPoints], d[kPoints] = {};
-  for (std::size_t i = 0; i < kPoints; ++i) p[i] = values[first + i];
-  for (std::size_t order = 1; order < kPoints; ++order) {
-    for (std::size_t i = 0; i + order < kPoints; ++i) {
-      const double lo = nodes[first + i], hi = nodes[first + i + order];
-      const double inverse = 1 / (hi - lo);
-      d[i] = ((hi - x) * d[i] + (x - lo) * d[i + 1] + p[i + 1] - p[i]) * inverse;
-      p[i] = ((hi - x) * p[i] + (x - lo) * p[i + 1]) * inverse;
-    }
-  }
-  return {p[0], d[0]};
-}
-
 }  // namespace
 
-SunRays::SunRays(const Medium& medium, std::size_t wavelength, const SunRaysOptions& options)
-    : radius_km_(medium.earth_radius_km), spreading_(options.refractive_spreading) {
-  if (options.altitude_nodes < 4 || options.angle_nodes < 8) {
-    throw std::invalid_argument("SunRays: altitude_nodes must be at least 4, angle_nodes 8");
-  }
-  rows_ = static_cast<std::size_t>(options.altitude_nodes);
-  columns_ = static_cast<std::size_t>(options.angle_nodes);
-  tabulate_bending(medium, wavelength, options.angle_nodes);
+SunRays::SunRays(const Medium& medium, std::size_t wavelength, BendingTable bending,
+                 bool refractive_spreading)
+    : radius_km_(medium.earth_radius_km),
+      top_km_(medium.top_km()),
+      bending_(std::move(bending)),
+      refracting_(bending_.refracting()),
+      spreading_(refractive_spreading) {
   tabulate_depth(medium, wavelength);
   if (!medium.vertical_filter_optical_depth.empty()) {
     filter_depth_ = medium.vertical_filter_optical_depth[wavelength];
   }
-}
-
-void SunRays::tabulate_bending(const Medium& medium, std::size_t wavelength, int rays_per_row) {
-  const RefractedRays rays(medium, wavelength);
-  top_km_ = medium.top_km();
-  refracting_ = rays.refracting();
-  horizon_rad_.assign(rows_, 0.0);
-  if (refracting_) {
-    bending_.assign(rows_ * columns_, 0.0F);
-    derivative_.assign(rows_ * columns_, 1.0F);
-  }
-  tbb::parallel_for(std::size_t{0}, rows_, [&](std::size_t i) {
-    const double v = static_cast<double>(i) / static_cast<double>(rows_ - 1);
-    const double altitude = top_km_ * v * v;
-    const double limit = rays.horizon_apparent_zenith_rad(altitude);
-    if (!refracting_) {
-      horizon_rad_[i] = limit;
-      return;
-    }
-    std::vector<double> truth, bent;
-    for (int k = 0; k <= rays_per_row; ++k) {
-      const double y = 1 - static_cast<double>(k) / rays_per_row;
-      // A hair inside the horizon, so that rounding does not send the ray underground.
-      const double zenith = limit * (1 - y * y) - (k == rays_per_row ? 1e-10 : 0.0);
-      const RayTrace trace = rays.trace_outward(altitude, zenith, {});
-      // Where the index grows with height several rays may reach the Sun: keep the first.
-      if (!truth.empty() && !(trace.true_zenith_rad > truth.back() + 1e-12)) continue;
-      truth.push_back(trace.true_zenith_rad);
-      bent.push_back(trace.deflection_rad);
-    }
-    horizon_rad_[i] = truth.back();
-    for (std::size_t k = 0; k < columns_; ++k) {
-      const double x = static_cast<double>(k) / static_cast<double>(columns_ - 1);
-      const double chi = truth.back() * (1 - x * x);
-      const Sextic p = interpolate(truth, bent, chi);
-      bending_[i * columns_ + k] = static_cast<float>(p.value);
-      derivative_[i * columns_ + k] =
-          static_cast<float>(std::clamp(1 - p.slope, kLeastSlope, kMostSlope));
-    }
-  });
 }
 
 double SunRays::x_km(double v_km, double perigee_v_km) const {
@@ -240,14 +172,14 @@ double SunRays::depth_above(std::size_t row, std::size_t perigee_shell, double p
 }
 
 double SunRays::shadow_zenith_rad(double altitude_km) const {
-  const double f =
-      std::sqrt(std::clamp(altitude_km / top_km_, 0.0, 1.0)) * static_cast<double>(rows_ - 1);
+  const double f = std::sqrt(std::clamp(altitude_km / top_km_, 0.0, 1.0)) *
+                   static_cast<double>(bending_.rows - 1);
   if (!refracting_) {
     return kPi - std::asin(radius_km_ / (radius_km_ + std::clamp(altitude_km, 0.0, top_km_)));
   }
-  const std::size_t i = stencil(f, rows_);
+  const std::size_t i = stencil(f, bending_.rows);
   const Cubic c(f - static_cast<double>(i));
-  const double* h = &horizon_rad_[i];
+  const double* h = &bending_.horizon_rad[i];
   return c.w[0] * h[0] + c.w[1] * h[1] + c.w[2] * h[2] + c.w[3] * h[3];
 }
 
@@ -257,15 +189,15 @@ bool SunRays::bending(double altitude_km, double solar_zenith_rad, Bending& out)
   const bool lit = x2 >= 0;
   out = {0.0, 1.0};
   if (!refracting_) return lit;
-  const double f =
-      std::sqrt(std::clamp(altitude_km / top_km_, 0.0, 1.0)) * static_cast<double>(rows_ - 1);
-  const double g = (lit ? std::sqrt(x2) : 0.0) * static_cast<double>(columns_ - 1);
-  const std::size_t i = stencil(f, rows_), k = stencil(g, columns_);
+  const double f = std::sqrt(std::clamp(altitude_km / top_km_, 0.0, 1.0)) *
+                   static_cast<double>(bending_.rows - 1);
+  const double g = (lit ? std::sqrt(x2) : 0.0) * static_cast<double>(bending_.columns - 1);
+  const std::size_t i = stencil(f, bending_.rows), k = stencil(g, bending_.columns);
   const Cubic row(f - static_cast<double>(i)), column(g - static_cast<double>(k));
   double bent = 0, derivative = 0;
   for (std::size_t a = 0; a < 4; ++a) {
-    const float* p = &bending_[(i + a) * columns_ + k];
-    const float* d = &derivative_[(i + a) * columns_ + k];
+    const float* p = &bending_.bending_rad[(i + a) * bending_.columns + k];
+    const float* d = &bending_.derivative[(i + a) * bending_.columns + k];
     double row_bent = 0, row_derivative = 0;
     for (std::size_t b = 0; b < 4; ++b) {
       row_bent += column.w[b] * p[b];
@@ -274,7 +206,8 @@ bool SunRays::bending(double altitude_km, double solar_zenith_rad, Bending& out)
     bent += row.w[a] * row_bent;
     derivative += row.w[a] * row_derivative;
   }
-  out = {bent, std::clamp(derivative, kLeastSlope, kMostSlope)};
+  out = {bent,
+         std::clamp(derivative, BendingTable::kLeastDerivative, BendingTable::kMostDerivative)};
   return lit;
 }
 

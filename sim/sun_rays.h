@@ -5,22 +5,15 @@
 #include <vector>
 
 #include "atmosphere/medium.h"
+#include "sim/sun_bending.h"
 
 namespace twilight {
-
-struct SunRaysOptions {
-  int altitude_nodes = 192;  ///< rows of the bending table, at least 4
-  int angle_nodes = 512;     ///< its columns and the rays traced per row, at least 8
-  bool refractive_spreading = false;
-};
 
 /// Refracted sunlight of one wavelength as a function of altitude and geometric solar zenith angle
 /// (Haber et al. 2005, Sec. 4.4 and Eq. 3), all but exact.
 ///
 /// In a spherical medium a ray is its Bouguer constant b = n r sin(a). Tabulated are
-/// - bending chi - a and da/dchi, from rays traced at every altitude node (bicubic in
-/// sqrt(altitude)
-///   and sqrt(1 - chi/horizon), both smooth functions);
+/// - bending chi - a and da/dchi (BendingTable, bicubic in its rows and columns);
 /// - the outward optical depth from every shell boundary as a function of b. Layers of constant
 ///   extinction give it a square root at every boundary, so the nodes stand there and between
 ///   them in the square root of the distance below (cubic); the piece from the boundary down to
@@ -32,9 +25,10 @@ struct SunRaysOptions {
 /// Immutable; safe to share between threads.
 class SunRays {
  public:
-  /// Runs on the current oneTBB arena. Throws std::invalid_argument for too few nodes or a medium
-  /// out of range (see RefractedRays).
-  SunRays(const Medium& medium, std::size_t wavelength, const SunRaysOptions& options);
+  /// `bending`: of the wavelength, in this medium. Throws std::invalid_argument for a medium out of
+  /// range (see RefractedRays).
+  SunRays(const Medium& medium, std::size_t wavelength, BendingTable bending,
+          bool refractive_spreading);
 
   /// -ln(E/E0) of the irradiance normal to the beam at an altitude (km, clamped to 0..top) under
   /// the geometric solar zenith angle (rad, 0..pi): optical depth along the bent ray, and with
@@ -62,7 +56,6 @@ class SunRays {
     double depth;     // extinction times length over the change of n r cos(theta)
   };
   bool bending(double altitude_km, double solar_zenith_rad, Bending& out) const;
-  void tabulate_bending(const Medium& medium, std::size_t wavelength, int rays);
   void tabulate_depth(const Medium& medium, std::size_t wavelength);
   double spreading(double index, double solar_zenith_rad, const Bending& b) const;
   double depth_above(std::size_t row, std::size_t perigee_shell, double perigee_v_km) const;
@@ -72,14 +65,11 @@ class SunRays {
   std::size_t shell_of_v(double v_km) const;
 
   double radius_km_ = 0, top_km_ = 0, filter_depth_ = 0;
+  BendingTable bending_;
   bool refracting_ = false, spreading_ = false;
-  std::size_t rows_ = 0, columns_ = 0;
-  std::vector<double> horizon_rad_;  // [row]
-  std::vector<float> bending_;       // [row][column]
-  std::vector<float> derivative_;    // [row][column], da/dchi
-  std::vector<Shell> shell_;         // and one more for the top
-  std::vector<float> grazing_;       // [boundary][node]: depth above it of rays with a perigee
-  std::vector<float> steep_;         // [boundary][node]: of rays that come from the ground
+  std::vector<Shell> shell_;    // and one more for the top
+  std::vector<float> grazing_;  // [boundary][node]: depth above it of rays with a perigee
+  std::vector<float> steep_;    // [boundary][node]: of rays that come from the ground
   std::vector<unsigned> altitude_bin_, v_bin_;  // first shell that may hold a bin's values
 };
 

@@ -32,12 +32,13 @@ SunlitAir::SunlitAir(const DirectSunlight& sunlight, const OrdersOptions& option
   shadow_rad_.resize(n);
   logarithm_.assign(n * count_ * lanes_, kNight);
   bending_.assign(n * count_, 0.0F);
+  const BeamRows beams(sunlight, options, wavelength_nm);
   tbb::parallel_for(std::size_t{0}, n, [&](std::size_t i) {
     const double v = static_cast<double>(i) / static_cast<double>(n - 1);
     altitude_km_[i] = top_km * v * v;
     shadow_rad_[i] = sunlight.shadow_zenith_rad(altitude_km_[i]);
     std::vector<float> row(ZenithGrid::kFineSize * lanes_);
-    beam_row(sunlight, options, wavelength_nm, altitude_km_[i], row);
+    beams.row(altitude_km_[i], row);
     for (std::size_t k = 0; k < count_; ++k) {
       const double chi = std::min(static_cast<double>(first_ + k) * kFine_rad, std::numbers::pi);
       bending_[i * count_ + k] =

@@ -10,7 +10,7 @@
 namespace twilight {
 
 /// E/E0 of sunlight (refracted, spread, averaged over the disc as the options say) against
-/// altitude and solar zenith angle. Rows of beam_row() are interpolated in altitude at equal
+/// altitude and solar zenith angle. Rows of BeamRows are interpolated in altitude at equal
 /// distance from the Earth's shadow where the Sun is low, so that its edge stays sharp.
 class SunlitAir {
  public:

@@ -47,7 +47,7 @@ std::vector<float> averaged(const std::function<double(double)>& f,
           static_cast<float>(f(static_cast<double>(k) * ZenithGrid::kFineStep_deg));
     }
   }
-  average_over_disc(kWavelength_nm, au, kLanes, end, value);
+  DiscAverage(kWavelength_nm, au, kLanes)(end, value);
   return value;
 }
 
