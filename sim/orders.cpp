@@ -24,12 +24,12 @@ constexpr int kMostOrders = 500;
 // Degrees to which light scattered once, and twice or more, is scattered on between the field's
 // points; the last scattering, into the view, has all.
 constexpr int kFirstDegree = 16, kSmoothDegree = 8;
-// The orders left out are nearly a geometric series, so that nearly all of them can be added.
-constexpr double kSeriesError = 0.05;
 // No order from this one on may be brighter than so many times all the earlier ones: over the
 // random scenes of tests/property light that goes on to fall has grown by at most 1.02 of them.
 constexpr int kFirstFallingOrder = 5;
 constexpr double kMostGrowth = 1.5;
+// Of an order to the one before it, in the series after them.
+constexpr double kMostRatio = 0.9999;
 // Grids of light scattered twice, and more often.
 constexpr int kTwicePolar = 24, kTwiceAzimuths = 12;
 constexpr int kOftenPolar = 20, kOftenAzimuths = 8, kOftenDegree = 12;
@@ -78,13 +78,14 @@ class Solver {
     control_.report("orders", 1 - std::pow(0.7, orders_ - 1));
   }
 
-  // Counts an order in; the largest share of any value that the orders left out can add.
+  // Counts an order in; the largest relative error of any value if the orders left out are taken
+  // for a geometric series.
   double take(const OrdersGrid<T>& grid, IncomingLight<T>&& light, IncomingLight<T>& last,
               IncomingLight<T>& total) {
     add(light.coherency, total.coherency);
     add(light.moments, total.moments);
     add(light.ground, total.ground);
-    const double rest = orders_left(grid, light, last, total);
+    const double rest = series_error(grid, light, last, total);
     shares_.push_back(mean_radiance(grid, light));
     before_ = std::exchange(last, std::move(light));
     ++orders_;
@@ -110,15 +111,17 @@ class Solver {
     } else if (brightest > kMostGrowth * brightest_) {
       return true;
     }
-    const double rest = take(grid, std::move(light), last, total);
-    if (options_.scattering_orders || kSeriesError * rest >= options_.order_tolerance) return false;
+    const double error = take(grid, std::move(light), last, total);
+    if (options_.scattering_orders || error >= options_.order_tolerance) return false;
     add_series(grid, last, before_, total);
     return true;
   }
 
   void continue_series(const OrdersGrid<T>& grid, IncomingLight<T>& last, IncomingLight<T>& total) {
-    while (orders_ < most_ && !next_order(grid, last, total)) {
+    while (orders_ < most_) {
+      if (next_order(grid, last, total)) return;
     }
+    if (!options_.scattering_orders) add_series(grid, last, before_, total);
   }
 
   // Light scattered twice on fewer directions, all that follows on half the levels too.
@@ -148,6 +151,7 @@ class Solver {
     const IncomingLight<T> known = restrict_light(grid, coarse, coarsening.kept, total);
     IncomingLight<T> sum = known;
     before_ = IncomingLight<T>();
+    expected_.clear();
     orders(coarse, light, sum);
     for (auto [whole, part] :
          {std::pair{&sum.coherency, &known.coherency}, std::pair{&sum.moments, &known.moments},
@@ -169,24 +173,39 @@ class Solver {
     return most;
   }
 
-  // The largest share of any value that the orders after `light` can add.
-  double orders_left(const OrdersGrid<T>& grid, const IncomingLight<T>& light,
-                     const IncomingLight<T>& before, const IncomingLight<T>& total) const {
-    constexpr double kDeepest = 109 * kRadPerDeg;
-    double rest = 0;
+  // The series after an order, now = r past, is now r / (1 - r). How far an order and its series
+  // come out from the series of the order before is that one's error, in every value; it goes on
+  // falling as it has just fallen, though no faster than light does in clear air.
+  double series_error(const OrdersGrid<T>& grid, const IncomingLight<T>& light,
+                      const IncomingLight<T>& before, const IncomingLight<T>& total) {
+    constexpr double kDeepest = 109 * kRadPerDeg, kFastest = 0.35, kSlowest = 0.95;
+    const std::size_t wavelengths = medium_.truncated.wavelengths();
+    const std::size_t values = grid.level_km.size() * grid.nodes * wavelengths;
+    const bool first = expected_.size() != values;
+    if (first) {
+      expected_.assign(values, 0.0);
+      surprise_.assign(values, 0.0);
+    }
+    double error = first ? 1.0 : 0.0;
     for (std::size_t i = 0; i < grid.level_km.size(); ++i) {
       for (std::size_t j = 0; j < grid.nodes; ++j) {
         if (grid.zenith.zenith_rad()[j] > kDeepest) continue;
-        for (std::size_t w = 0; w < medium_.truncated.wavelengths(); ++w) {
+        for (std::size_t w = 0; w < wavelengths; ++w) {
           const double now = trace(grid, light, i, j, w), sum = trace(grid, total, i, j, w);
           if (!(sum > kDarkTrace)) continue;
           const double past = before.coherency.empty() ? 0 : trace(grid, before, i, j, w);
-          const double ratio = past > 0 ? std::min(now / past, 0.99999) : 0.9;
-          rest = std::max(rest, now / sum * ratio / (1 - ratio));
+          const double ratio = past > 0 ? std::min(now / past, kMostRatio) : 0.9;
+          const double series = now * ratio / (1 - ratio);
+          const std::size_t at = (i * grid.nodes + j) * wavelengths + w;
+          const double surprise = std::abs(now + series - std::exchange(expected_[at], series));
+          const double last = std::exchange(surprise_[at], surprise);
+          if (first) continue;
+          const double fall = last > 0 ? std::clamp(surprise / last, kFastest, kSlowest) : kSlowest;
+          error = std::max(error, surprise * fall / (1 - fall) / sum);
         }
       }
     }
-    return rest;
+    return error;
   }
 
   // Adds what follows an order when every one is to the order before as this one is to the last.
@@ -195,7 +214,6 @@ class Solver {
     if (before.coherency.empty()) return;
     const std::size_t all = grid.zenith.size(), lanes = grid.lanes;
     const auto factor = [](double now, double past) {
-      constexpr double kMostRatio = 0.999;
       const double ratio = past > 0 ? std::clamp(now / past, 0.0, kMostRatio) : 0.0;
       return static_cast<T>(ratio / (1 - ratio));
     };
@@ -271,8 +289,10 @@ class Solver {
   const RunControl& control_;
   int most_, orders_ = 1;  // scattering events
   OrdersGrid<T> fine_;
-  IncomingLight<T> before_;                  // of the order before the last
-  double brightest_ = 0;                     // of the orders 2 to 4
+  IncomingLight<T> before_;       // of the order before the last
+  std::vector<double> expected_;  // of the orders left, [level][node][wavelength] of the trace
+  std::vector<double> surprise_;  // how far the last order came out from it
+  double brightest_ = 0;          // of the orders 2 to 4
   std::vector<std::vector<double>> shares_;  // mean radiance of every order, [lane]
 };
 

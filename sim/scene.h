@@ -131,7 +131,7 @@ struct SolverOptions {
   int polar_directions = 32;      ///< incoming directions in zenith angle, 8..128
   int azimuth_directions = 16;    ///< and in azimuth over half a turn, 4..64
   int phase_degree = 24;          ///< of the aerosol phase function in multiple scattering, 2..64
-  double order_tolerance = 1e-3;  ///< stop when the orders left add less, relative, 1e-8..0.1
+  double order_tolerance = 1e-3;  ///< largest relative error of the series, 1e-8..0.1
   bool single_precision = true;   ///< the field in float; false = double
   /// Light scattered twice on fewer directions, three times or more on half the levels too.
   bool coarse_orders = true;

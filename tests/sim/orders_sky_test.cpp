@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <cstdio>
@@ -417,6 +418,38 @@ TEST(OrdersSky, OrdersAddUp) {
     last.clear();
     for (std::size_t k = 0; k < now.size(); ++k) last.push_back(now[k] - before[k]);
     before = now;
+  }
+}
+
+// The field, everywhere and under every Sun down to -19 degrees, is as near to the whole series as
+// order_tolerance asks: in thin air, in thick, and where nothing but the top takes light away. The
+// estimate is of the first order, hence the tenth.
+TEST(OrdersSky, ToleranceBoundsTheSeriesError) {
+  for (const double depth : {0.1, 0.5, 3.0}) {
+    for (const double albedo : {0.0, 0.9}) {
+      SceneModel model = rough(exponential_air(depth, 20, 60), 10, albedo);
+      model.scene.solver.single_precision = false;
+      model.scene.solver.coarse_orders = false;
+      model.scene.solver.order_tolerance = 1e-8;
+      const auto whole = solve_field(model).field;
+      for (const double tolerance : {1e-2, 1e-3, 1e-4}) {
+        model.scene.solver.order_tolerance = tolerance;
+        const auto field = solve_field(model).field;
+        EXPECT_LT(field->orders, whole->orders);
+        double worst = 0;
+        for (std::size_t k = 0; k < field->coherency.size(); k += 4) {
+          if (field->solar_zenith_rad[k / 4 % field->solar_zenith_rad.size()] > 109 * kDegree) {
+            continue;
+          }
+          const auto trace = [&](const OrdersField& f) {
+            return static_cast<double>(f.coherency[k] + f.coherency[k + 1] + f.coherency[k + 2]);
+          };
+          if (!(trace(*whole) > 1e-25)) continue;
+          worst = std::max(worst, std::abs(trace(*field) / trace(*whole) - 1));
+        }
+        EXPECT_LT(worst, 1.1 * tolerance) << "depth " << depth << ", albedo " << albedo;
+      }
+    }
   }
 }
 

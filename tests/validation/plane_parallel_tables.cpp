@@ -114,6 +114,8 @@ SceneModel model_of(const Slab& slab, const Settings& settings) {
   Scene& scene = model.scene;
   scene.solver.method = "orders";
   scene.solver.altitude_levels = settings.quick ? 36 : 64;
+  scene.solver.order_tolerance =
+      1e-4;  // of 50 orders at optical depth 2; the tables have six digits
   scene.solver.polar_directions = settings.quick ? 20 : 32;
   scene.solver.azimuth_directions = 12;
   scene.solver.zenith_step_deg = slab.zenith_step_deg;
