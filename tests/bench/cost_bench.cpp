@@ -1,5 +1,6 @@
-// The cost model beside what runs take: cost_bench [FILTER]
+// The cost model beside what runs take: cost_bench [--check] [FILTER]
 //
+// --check: fails where seconds or memory are not within a factor of two of the prediction.
 // Every scene is run by the program in a process of its own (one zenith view); processor seconds
 // and largest resident memory are the system's.
 #include <fmt/format.h>
@@ -93,7 +94,15 @@ rusage run(const std::string& scene, const Settings& settings) {
 }  // namespace
 
 int main(int argc, char** argv) try {
-  const std::string filter = argc > 1 ? argv[1] : "";
+  std::string filter;
+  bool check = false, holds = true;
+  for (int i = 1; i < argc; ++i) {
+    if (argv[i] == std::string("--check")) {
+      check = true;
+    } else {
+      filter = argv[i];
+    }
+  }
   const auto scene = std::filesystem::temp_directory_path() /
                      fmt::format("twilight-cost-{}.toml", static_cast<long>(::getpid()));
   std::ofstream(scene) << "[sun]\nelevation_deg = -4\n[spectrum]\n"
@@ -116,9 +125,12 @@ int main(int argc, char** argv) try {
                predicted, predicted / measured, mib, cost.peak_bytes / 1048576,
                cost.peak_bytes / 1048576 / mib);
     std::fflush(stdout);
+    for (const double ratio : {predicted / measured, cost.peak_bytes / 1048576 / mib}) {
+      holds = holds && ratio > 0.5 && ratio < 2;
+    }
   }
   std::filesystem::remove(scene);
-  return EXIT_SUCCESS;
+  return check && !holds ? EXIT_FAILURE : EXIT_SUCCESS;
 } catch (const std::exception& error) {
   fmt::print(stderr, "cost_bench: {}\n", error.what());
   return EXIT_FAILURE;

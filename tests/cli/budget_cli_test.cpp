@@ -4,6 +4,8 @@
 #include <OpenEXR/ImfStringAttribute.h>
 #include <gtest/gtest.h>
 
+#include "sim/cost_model.h"
+#include "sim/scene_file.h"
 #include "tests/cli/program_run.h"
 
 namespace twilight {
@@ -55,6 +57,42 @@ TEST(BudgetCli, AccuracyBeyondEveryLevelIsRefused) {
   expect_refused({"budget.max_relative_error=0.001", "sun.elevation_deg=-9", "aerosols.type=urban",
                   "spectrum.wavelengths_nm=[550]"},
                  {"budget.max_relative_error", "0.001"});
+}
+
+// What the program tells of itself when it is done, against what was predicted before it began.
+// (Seconds are compared by cost_bench --check, nightly: no test of every run measures time.)
+TEST(CostCli, PredictedMemoryIsWithinAFactorOfTwo) {
+  const Workplace place;
+  place.write("scene.toml", kScene);
+  const std::vector<std::vector<std::string>> cases = {
+      {"quality=draft"},
+      {"quality=draft", "aerosols.type=urban"},
+      {"quality=fair", "aerosols.type=continental_average", "spectrum.wavelengths_nm=[550]"},
+      {"quality=fair", "solver.polarisation=false"},
+      {"solver.method=cells", "solver.azimuth_divisions=24"},
+      {"solver.method=cells", "solver.azimuth_divisions=60"},
+      {"solver.method=cells", "solver.azimuth_divisions=48", "solver.active_shell_stride=1",
+       "atmosphere.layers=60"},
+  };
+  for (const std::vector<std::string>& settings : cases) {
+    std::vector<std::string> arguments = {"radiance", "scene.toml", "--view", "90,0"};
+    std::string name;
+    for (const std::string& setting : settings) {
+      arguments.emplace_back("--set");
+      arguments.push_back(setting);
+      name += setting + " ";
+    }
+    const Finished finished = place.run(arguments);
+    ASSERT_EQ(finished.exit_code, 0) << finished.err;
+    const std::string label = "peak memory";
+    const std::size_t at = finished.err.find(label);
+    ASSERT_NE(at, std::string::npos) << finished.err;
+    const double measured = std::stod(finished.err.substr(at + label.size()));
+    const double predicted =
+        predict_run(load_scene(place.path("scene.toml"), settings).scene, 1).peak_bytes / 1048576;
+    EXPECT_GT(predicted, 0.5 * measured) << name;
+    EXPECT_LT(predicted, 2 * measured) << name;
+  }
 }
 
 TEST(CostCli, WhatTheMachineCannotHoldIsRefusedBeforeItBegins) {
