@@ -28,11 +28,12 @@ constexpr double kMiB = 1024.0 * 1024.0;
 // Processor seconds on two shared cores of an AMD EPYC with AVX-512; tests/bench/cost_bench prints
 // predictions beside measurements.
 constexpr double kOrdersStartSeconds = 0.35;
-constexpr double kSunlightSeconds = 0.36;  // per wavelength, 512 nodes
-constexpr double kBeamSeconds = 2.0e-10;   // per sample, pair of Sun and azimuth, and lane
-constexpr double kAerosolBeamSeconds = 1.0e-10;
-constexpr double kAirSeconds = 2.1e-9;       // the same, of light scattered before
-constexpr double kAerosolSeconds = 6.2e-10;  // and degree
+constexpr double kSunRaysSeconds = 0.05;   // per colour traced, 512 x 192 rays
+constexpr double kSunlightSeconds = 0.08;  // per wavelength, 512 nodes
+constexpr double kBeamSeconds = 3.4e-10;   // per sample, pair of Sun and azimuth, and lane
+constexpr double kAerosolBeamSeconds = 1.7e-10;
+constexpr double kAirSeconds = 2.5e-9;       // the same, of light scattered before
+constexpr double kAerosolSeconds = 7.4e-10;  // and degree
 constexpr double kViewSeconds = 1.2e-3;      // per 8 wavelengths
 constexpr double kTableViews = 700;          // of an interpolated map
 constexpr double kCellsStartSeconds = 0.4;
@@ -42,6 +43,7 @@ constexpr double kPairBytes = 44;           // per lane
 constexpr double kLargestStoreBytes = 1200 * kMiB;
 constexpr double kCellViewSeconds = 3e-5;  // per 8 wavelengths
 constexpr double kProcessBytes = 24 * kMiB;
+constexpr double kPhaseBytes = 5 * kMiB;  // of aerosols, per lane
 
 struct Sizes {
   double wavelengths, lanes, kinds;
@@ -50,7 +52,7 @@ struct Sizes {
 double phase_seconds_per_wavelength(const Scene& scene) {
   if (!mie_phase(scene)) return 0;
   // Sea salt has the largest particles.
-  return scene.aerosols.type.starts_with("maritime") ? 0.45 : 0.05;
+  return scene.aerosols.type.starts_with("maritime") ? 0.45 : 0.09;
 }
 
 Sizes sizes_of(const Scene& scene) {
@@ -102,12 +104,16 @@ RunCost predict_orders(const Scene& scene, std::size_t views) {
   };
   const double P = s.polar_directions, A = s.azimuth_directions;
   double seconds = kOrdersStartSeconds + size.wavelengths * phase_seconds_per_wavelength(scene);
-  seconds += size.wavelengths * kSunlightSeconds * s.sunlight_nodes / 512.0;
+  const double fineness = s.sunlight_nodes / 512.0;
+  seconds += size.wavelengths * kSunlightSeconds * fineness +
+             std::min(size.wavelengths, 3.0) * kSunRaysSeconds * fineness * fineness;
   if (orders >= 2) {
     seconds += sweep(Z, P, A, 6 * Z) * (kBeamSeconds + (size.kinds > 0 ? kAerosolBeamSeconds : 0));
   }
   const auto scattered = [&](double levels, double polar, double azimuths, double degree) {
-    return sweep(levels, std::min(P, polar), std::min(A, azimuths), levels) *
+    // Half of the work is done once per mode, of which there are some eight, not per azimuth.
+    const double modes = 0.5 * (std::min(A, azimuths) + 8);
+    return sweep(levels, std::min(P, polar), modes, 0.5 * levels) *
            (kAirSeconds + kAerosolSeconds * share * degree);
   };
   if (s.coarse_orders) {
@@ -130,7 +136,9 @@ RunCost predict_orders(const Scene& scene, std::size_t views) {
   const double fine = static_cast<double>(ZenithGrid::kFineSize) * size.lanes;
   RunCost cost;
   cost.reference_seconds = seconds;
-  cost.peak_bytes = kProcessBytes + light * (4 * real + 2 * 4) + fine * Z * (3 * real + 2 * 4) +
+  const double held = orders < 2 ? 1 : 4;
+  cost.peak_bytes = kProcessBytes + light * (held * real + 2 * 4) + fine * Z * (3 * real + 2 * 4) +
+                    (size.kinds > 0 ? size.lanes * kPhaseBytes : 0) +
                     0.62 * fine * (s.sunlight_nodes / 2.0) * 4 +  // to the Earth's shadow
                     size.wavelengths * s.sunlight_nodes * s.sunlight_nodes * 3.0 / 8 * 16 +
                     size.kinds * size.lanes * 4096 * 4 * 4;

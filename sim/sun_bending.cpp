@@ -16,6 +16,8 @@ namespace {
 
 // Relative error of the layers' refractivities between three wavelengths' that bending can bear.
 constexpr double kSameRefractivity = 5e-6;
+// Least refractivity of the wavelengths over the greatest: 0.91 for air from 280 to 1000 nm.
+constexpr double kLeastRefractivity = 0.85;
 // d ln(n r) / d ln r of every shell (0.8 in the Earth's air, 0 where rays are ducted) from which on
 // bending is smooth enough in the refractivity.
 constexpr double kLeastExponent = 0.5;
@@ -65,6 +67,7 @@ std::optional<TracedColours> traced_colours(const Medium& medium) {
   const auto nearest = std::ranges::min_element(
       refractivity, {}, [&](double value) { return std::abs(value - 0.5 * (*least + *most)); });
   const auto place = [&](auto at) { return static_cast<std::size_t>(at - refractivity.begin()); };
+  if (!(*least >= kLeastRefractivity * *most)) return std::nullopt;
   if (*nearest == *least || *nearest == *most || !bends_gently(medium, place(most))) {
     return std::nullopt;
   }

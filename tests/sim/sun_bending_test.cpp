@@ -71,9 +71,14 @@ TEST(SunBending, ColoursBetweenTracedOnes) {
   EXPECT_LT(e.mean_derivative, 1e-4);
 }
 
-// Up to three wavelengths are traced, and so is every one where rays are nearly ducted.
+// Up to three wavelengths are traced, and so is every one where rays are nearly ducted, or where
+// the same air stands beside itself with half of its refraction, or with more at one height alone.
 TEST(SunBending, OwnRaysWhereInterpolationWouldNotDo) {
-  for (const Medium& m : {air_at({400, 550, 700}), air_at({400, 450, 550, 700}, 30000)}) {
+  Medium half = air_at({400, 450, 550, 700}), bent = half;
+  for (std::size_t i = 0; i < half.layers(); ++i) half.refractivity(i, 2) *= 0.5;
+  bent.refractivity(10, 1) *= 1.001;
+  for (const Medium& m :
+       {air_at({400, 550, 700}), air_at({400, 450, 550, 700}, 30000), half, bent}) {
     const Difference e = from_own_rays(m);
     EXPECT_EQ(e.worst, 0);
     EXPECT_EQ(e.horizon, 0);
