@@ -154,13 +154,13 @@ std::string quality_table() {
       "less; urban air: more, see sim/README.md):\n";
   text += fmt::format("{:<11}{:>8}", "", "seconds");
   for (const double sun : kQualitySun_deg) {
-    text += fmt::format("{:>11}", fmt::format("{} deg", sun));
+    text += fmt::format("{:>13}", fmt::format("{} deg", sun));
   }
   text += "\n";
   for (const QualityLevel& level : kLevels) {
     text += fmt::format("{:<11}{:>8.3g}", level.name, level.seconds);
     for (std::size_t i = 0; i < kQualitySun_deg.size(); ++i) {
-      text += fmt::format("{:>11}", fmt::format("{:.2g}/{:.2g}", 100 * level.hazy.mean[i],
+      text += fmt::format("{:>13}", fmt::format("{:.2g}/{:.2g}", 100 * level.hazy.mean[i],
                                                 100 * level.hazy.percentile_95[i]));
     }
     text += "\n";
