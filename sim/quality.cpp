@@ -10,7 +10,7 @@ namespace twilight {
 namespace {
 
 // Optical depths at 550 nm of the aerosols measured: continental average, urban.
-constexpr double kHazyDepth = 0.15, kTurbidDepth = 0.6;
+constexpr double kHazyDepth = 0.15, kTurbidDepth = kTurbidOpticalDepth;
 
 // Errors: tests/bench/quality_bench --quick --truth 0.5:90:56:24:40:1e-4:1024 (400, 550, 700 nm);
 // seconds: cost_bench, 8 wavelengths, continental average air.

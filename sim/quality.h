@@ -41,6 +41,9 @@ std::span<const QualityLevel> quality_levels();
 /// The level of a name. Throws std::invalid_argument listing the names for another.
 const QualityLevel& quality_level(std::string_view name);
 
+/// Optical depth at 550 nm of the most turbid air that the levels were measured in.
+inline constexpr double kTurbidOpticalDepth = 0.6;
+
 /// 95th percentile of a level's error with the Sun at an elevation (deg): the larger of the two
 /// neighbouring measurements, linear in the aerosol's vertical optical depth (at 550 nm) between
 /// clear, hazy and turbid air and proportional to it beyond.
