@@ -27,12 +27,11 @@ struct BendingTable {
 /// Colours differ in refractivity by some percent, and the bending is a smooth function of it: the
 /// rays of three wavelengths (least, middle and greatest refractivity) are traced and the others'
 /// tables interpolated (quadratic), where the medium ducts no rays, refractivities differ by
-/// less than 15 % and that gives every layer's to 5e-6 (a medium from a file need not disperse alike
-/// in all layers, nor a medium of variants side by side).
-/// Error against an own table: 3e-7 of the greatest bending in the mean, 1e-4 at rays that graze a
-/// boundary of layers, where the columns' own is as large.
-/// Runs on the current oneTBB arena. rows >= 4, columns >= 8. Throws std::invalid_argument for
-/// less, or a medium out of range (see RefractedRays).
+/// less than 15 % and that gives every layer's to 5e-6 (a medium from a file need not disperse
+/// alike in all layers, nor a medium of variants side by side). Error against an own table: 3e-7 of
+/// the greatest bending in the mean, 1e-4 at rays that graze a boundary of layers, where the
+/// columns' own is as large. Runs on the current oneTBB arena. rows >= 4, columns >= 8. Throws
+/// std::invalid_argument for less, or a medium out of range (see RefractedRays).
 std::vector<BendingTable> bending_tables(const Medium& medium, int rows, int columns);
 
 /// The table of one wavelength from its own rays. As bending_tables().
