@@ -230,7 +230,7 @@ BudgetPlan plan_budget(const Scene& scene, const WantedSky& wanted, KnownPhases&
     const auto levels = quality_levels();
     for (std::size_t k = levels.size(); k-- > 0 && !chosen;) {
       Candidate c = planner.fit(levels[k], 1e-3, 0.0);
-      if (wall_seconds(elapsed * 1.0, scene) + seconds_of(c) > *most_seconds) continue;
+      if (wall_seconds(elapsed, scene) + seconds_of(c) > *most_seconds) continue;
       chosen = std::move(c);
       plan.quality = levels[k].name;
       plan.discretisation_error = level_error(scene, levels[k], wanted, required);

@@ -9,8 +9,8 @@
 namespace twilight {
 namespace {
 
-// Optical depths at 550 nm of the aerosols measured: continental average, urban.
-constexpr double kHazyDepth = 0.15, kTurbidDepth = kTurbidOpticalDepth;
+// Optical depth at 550 nm of the continental average air measured.
+constexpr double kHazyDepth = 0.15;
 
 // Errors: tests/bench/quality_bench --quick --truth 0.5:90:56:24:40:1e-4:1024 (400, 550, 700 nm);
 // seconds: cost_bench, 8 wavelengths, continental average air.
@@ -124,10 +124,10 @@ double discretisation_error(const QualityLevel& level, double sun_elevation_deg,
                turbid = std::max(hazy, at(level.turbid));
   const double depth = aerosol_optical_depth;
   if (depth <= kHazyDepth) return std::lerp(clear, hazy, depth / kHazyDepth);
-  if (depth <= kTurbidDepth) {
-    return std::lerp(hazy, turbid, (depth - kHazyDepth) / (kTurbidDepth - kHazyDepth));
+  if (depth <= kTurbidOpticalDepth) {
+    return std::lerp(hazy, turbid, (depth - kHazyDepth) / (kTurbidOpticalDepth - kHazyDepth));
   }
-  return turbid * depth / kTurbidDepth;
+  return turbid * depth / kTurbidOpticalDepth;
 }
 
 void apply_quality(const QualityLevel& level, const std::function<bool(std::string_view)>& free,

@@ -49,7 +49,6 @@ SunRays::SunRays(const Medium& medium, std::size_t wavelength, BendingTable bend
     : radius_km_(medium.earth_radius_km),
       top_km_(medium.top_km()),
       bending_(std::move(bending)),
-      refracting_(bending_.refracting()),
       spreading_(refractive_spreading) {
   tabulate_depth(medium, wavelength);
   if (!medium.vertical_filter_optical_depth.empty()) {
@@ -174,7 +173,7 @@ double SunRays::depth_above(std::size_t row, std::size_t perigee_shell, double p
 double SunRays::shadow_zenith_rad(double altitude_km) const {
   const double f = std::sqrt(std::clamp(altitude_km / top_km_, 0.0, 1.0)) *
                    static_cast<double>(bending_.rows - 1);
-  if (!refracting_) {
+  if (!bending_.refracting()) {
     return kPi - std::asin(radius_km_ / (radius_km_ + std::clamp(altitude_km, 0.0, top_km_)));
   }
   const std::size_t i = stencil(f, bending_.rows);
@@ -188,7 +187,7 @@ bool SunRays::bending(double altitude_km, double solar_zenith_rad, Bending& out)
   const double x2 = 1 - solar_zenith_rad / horizon;
   const bool lit = x2 >= 0;
   out = {0.0, 1.0};
-  if (!refracting_) return lit;
+  if (!bending_.refracting()) return lit;
   const double f = std::sqrt(std::clamp(altitude_km / top_km_, 0.0, 1.0)) *
                    static_cast<double>(bending_.rows - 1);
   const double g = (lit ? std::sqrt(x2) : 0.0) * static_cast<double>(bending_.columns - 1);
@@ -255,7 +254,7 @@ bool SunRays::attenuation(double altitude_km, double solar_zenith_rad, double& a
     depth = std::max(depth, 2 * to_perigee - depth);
   }
   attenuation = depth + filter_depth_;
-  if (spreading_ && refracting_) {
+  if (spreading_ && bending_.refracting()) {
     attenuation -= std::log(spreading(u / (radius_km_ + h), solar_zenith_rad, b));
   }
   return true;
@@ -272,7 +271,7 @@ double SunRays::spreading(double altitude_km, double solar_zenith_rad) const {
   const double h = std::clamp(altitude_km, 0.0, top_km_);
   Bending b;
   if (!bending(h, solar_zenith_rad, b)) return 0.0;
-  if (!refracting_) return 1.0;
+  if (!bending_.refracting()) return 1.0;
   return spreading((radius_km_ + v_km(h, shell_of_altitude(h))) / (radius_km_ + h),
                    solar_zenith_rad, b);
 }

@@ -66,7 +66,7 @@ class SunRays {
 
   double radius_km_ = 0, top_km_ = 0, filter_depth_ = 0;
   BendingTable bending_;
-  bool refracting_ = false, spreading_ = false;
+  bool spreading_ = false;
   std::vector<Shell> shell_;    // and one more for the top
   std::vector<float> grazing_;  // [boundary][node]: depth above it of rays with a perigee
   std::vector<float> steep_;    // [boundary][node]: of rays that come from the ground
