@@ -4,8 +4,6 @@
 // Every scene is run by the program in a process of its own (one zenith view); processor seconds
 // and largest resident memory are the system's.
 #include <fmt/format.h>
-#include <sys/resource.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -13,10 +11,12 @@
 #include <fstream>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "sim/cost_model.h"
 #include "sim/scene_file.h"
+#include "tests/bench/measured_run.h"
 
 namespace {
 
@@ -64,31 +64,13 @@ const std::vector<Settings>& cases() {
   return all;
 }
 
-double seconds(const timeval& t) {
-  return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
-}
-
-rusage run(const std::string& scene, const Settings& settings) {
-  std::vector<std::string> words = {"twilight", "radiance", scene, "--quiet", "--view", "90,0"};
+twilight::MeasuredRun run(const std::string& scene, const Settings& settings) {
+  std::vector<std::string> words = {"radiance", scene, "--quiet", "--view", "90,0"};
   for (const std::string& setting : settings) {
     words.emplace_back("--set");
     words.push_back(setting);
   }
-  std::vector<char*> arguments;
-  for (std::string& word : words) arguments.push_back(word.data());
-  arguments.push_back(nullptr);
-  const pid_t child = ::fork();
-  if (child < 0) throw std::runtime_error("cannot start a process");
-  if (child == 0) {
-    if (std::freopen("/dev/null", "w", stdout) == nullptr) ::_exit(126);
-    ::execv(TWILIGHT_PROGRAM, arguments.data());
-    ::_exit(127);
-  }
-  int status = 0;
-  rusage used{};
-  ::wait4(child, &status, 0, &used);
-  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) throw std::runtime_error("twilight failed");
-  return used;
+  return twilight::run_twilight(std::move(words));
 }
 
 }  // namespace
@@ -117,9 +99,9 @@ int main(int argc, char** argv) try {
     if (name.find(filter) == std::string::npos) continue;
     const twilight::RunCost cost =
         twilight::predict_run(twilight::load_scene(scene, settings).scene, 1);
-    const rusage used = run(scene.string(), settings);
-    const double measured = seconds(used.ru_utime) + seconds(used.ru_stime);
-    const double mib = static_cast<double>(used.ru_maxrss) / 1024;
+    const twilight::MeasuredRun used = run(scene.string(), settings);
+    const double measured = used.processor_seconds;
+    const double mib = used.peak_mib;
     const double predicted = cost.reference_seconds * slowness;
     fmt::print("| {}| {:.2f} | {:.2f} | {:.2f} | {:.0f} | {:.0f} | {:.2f} |\n", name, measured,
                predicted, predicted / measured, mib, cost.peak_bytes / 1048576,

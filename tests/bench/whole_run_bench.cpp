@@ -1,13 +1,10 @@
 // Whole runs of the program, process start to files written, as a table with its spread:
 // whole_run_bench [RUNS] [--only TEXT] [--simd best|avx512|avx2|sse4|scalar] [SCENE.toml ...]
 #include <fmt/format.h>
-#include <sys/resource.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -15,10 +12,12 @@
 #include <stdexcept>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "output/machine.h"
 #include "sim/simd_target.h"
+#include "tests/bench/measured_run.h"
 
 namespace {
 
@@ -81,41 +80,11 @@ std::vector<Work> standard_work() {
   return work;
 }
 
-struct Run {
-  double seconds = 0, processor_seconds = 0, peak_mib = 0;
-};
-
-double seconds_of(const timeval& t) {
-  return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
-}
-
-Run run_program(std::vector<std::string> arguments, const std::string& folder) {
-  std::vector<char*> argv;
-  arguments.insert(arguments.begin(), "twilight");
+twilight::MeasuredRun run_program(std::vector<std::string> arguments, const std::string& folder) {
   for (std::string& a : arguments) {
     if (const auto at = a.find("{}"); at != std::string::npos) a.replace(at, 2, folder);
-    argv.push_back(a.data());
   }
-  argv.push_back(nullptr);
-  const auto start = std::chrono::steady_clock::now();
-  std::fflush(nullptr);  // else the child writes it once more
-  const pid_t child = ::fork();
-  if (child < 0) throw std::runtime_error("cannot start a process");
-  if (child == 0) {
-    // What the program prints is not part of the table.
-    if (std::freopen("/dev/null", "w", stdout) == nullptr) ::_exit(126);
-    ::execv(TWILIGHT_PROGRAM, argv.data());
-    ::_exit(127);
-  }
-  int status = 0;
-  rusage used{};
-  ::wait4(child, &status, 0, &used);
-  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) {
-    throw std::runtime_error(fmt::format("twilight {} failed", fmt::join(arguments, " ")));
-  }
-  const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - start;
-  return {wall.count(), seconds_of(used.ru_utime) + seconds_of(used.ru_stime),
-          static_cast<double>(used.ru_maxrss) / 1024};
+  return twilight::run_twilight(std::move(arguments));
 }
 
 void print_row(const Work& work, int runs, const std::string& folder) {
@@ -123,7 +92,7 @@ void print_row(const Work& work, int runs, const std::string& folder) {
   std::vector<double> seconds, processor;
   double peak_mib = 0;
   for (int i = 0; i < runs; ++i) {
-    const Run run = run_program(work.arguments, folder);
+    const twilight::MeasuredRun run = run_program(work.arguments, folder);
     seconds.push_back(run.seconds);
     processor.push_back(run.processor_seconds);
     peak_mib = std::max(peak_mib, run.peak_mib);
