@@ -247,6 +247,7 @@ struct Run {
       for (const auto& [label, value] : plan->figures()) row(label, value);
     }
     for (const auto& [label, value] : summary.figures) row(label, value);
+    for (const auto& [key, what] : summary.clamps) log.warn("warning: {} = {}", key, what);
     for (const auto& [label, value] : figures) row(label, value);
     for (const auto& [stage, seconds] : summary.stage_seconds)
       row("  " + stage, fmt::format("{:.3f} s", seconds));
@@ -286,6 +287,8 @@ ImageAttributes image_attributes(const SceneModel& model, const Sky& sky,
   attributes.emplace_back("resolved.earth_radius_km", model.medium.earth_radius_km);
   for (const auto& [key, value] : scene_settings(model.scene))
     if (key != "solver.threads") attributes.emplace_back(key, value);
+  for (const auto& [key, what] : sky.summary().clamps)
+    attributes.emplace_back("clamped." + key, what);
   if (!plan) return attributes;
   for (auto [label, value] : plan->attributes()) {
     std::ranges::replace(label, ' ', '_');

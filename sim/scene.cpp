@@ -21,6 +21,7 @@ constexpr std::size_t kMostWavelengths = 64;
 constexpr double kShortestAlbedoNm = 200.0, kLongestAlbedoNm = 2500.0;
 constexpr double kLowestObserverM = -500.0;  // the shore of the Dead Sea: -430 m
 constexpr double kHighestObserverM = 4e7;    // above the geostationary orbit
+constexpr std::string_view kFitPrefix = "fit:";
 
 // Remembers the first complaint and ignores the ones after it.
 class Checker {
@@ -171,11 +172,13 @@ void check_medium(const Scene& scene, Checker& check) {
   check.range("earth.radius_km", scene.earth.radius_km, 1000.0, 70000.0);
   check_albedo(scene.earth, check);
 
-  check.one_of("atmosphere.profile", air.profile,
-               {"us_standard", "tropical", "midlatitude_summer", "midlatitude_winter",
-                "subarctic_summer", "subarctic_winter", "exponential"});
+  check.one_of(
+      "atmosphere.profile", air.profile,
+      {"us_standard", "tropical", "midlatitude_summer", "midlatitude_winter", "subarctic_summer",
+       "subarctic_winter", "exponential", "scratchapixel", "bruneton2008"});
   // The AFGL tables end at 120 km; a user's own layers bring their own top.
-  const bool afgl = air.profile != "exponential" && !air.optical_layers;
+  const bool afgl =
+      air.profile != "exponential" && !air.optical_layers && published_air_name(scene).empty();
   check.range("atmosphere.top_km", air.top_km, 1.0, afgl ? 120.0 : 200.0);
   check.range("atmosphere.layers", air.layers, 1, 500);
   check.one_of("atmosphere.layer_spacing", air.layer_spacing, {"graded", "equal-air-mass", "even"});
@@ -284,7 +287,11 @@ void check_budget(const Scene& scene, Checker& check) {
 
 void check_solver(const Scene& scene, Checker& check) {
   const SolverOptions& solver = scene.solver;
-  check.one_of("solver.method", solver.method, {"cells", "orders", "monte-carlo"});
+  if (!solver.method.starts_with(kFitPrefix) || solver.method.size() == kFitPrefix.size()) {
+    check.one_of("solver.method", solver.method,
+                 {"cells", "orders", "monte-carlo", "preetham", "cie-clear", "cie-overcast",
+                  "nishita", "hoffman-preetham", "bruneton", "fit:coefficients.json"});
+  }
   if (solver.azimuth_divisions < 4 || solver.azimuth_divisions > 360 ||
       solver.azimuth_divisions % 2 != 0) {
     check.fail("solver.azimuth_divisions",
@@ -301,14 +308,17 @@ void check_solver(const Scene& scene, Checker& check) {
   check.range("solver.cell_height_km", solver.cell_height_km, 0.0, 200.0);
   check.one_of("solver.gather", solver.gather, {"exact-single", "cells"});
   const bool cells = solver.method == "cells";
-  if (cells && solver.polarisation.value_or(false)) {
+  if ((cells || !solves_transfer(scene)) && solver.polarisation.value_or(false)) {
     check.fail("solver.polarisation",
-               "= true: must be false or unset where solver.method is \"cells\", which is scalar");
+               fmt::format("= true: must be false or unset where solver.method is \"{}\", which is "
+                           "scalar",
+                           solver.method));
   }
-  if (cells && scene.sun.disc_average.value_or(false)) {
+  if ((cells || !solves_transfer(scene)) && scene.sun.disc_average.value_or(false)) {
     check.fail("sun.disc_average",
-               "= true: must be false or unset where solver.method is \"cells\", which is solved "
-               "for one elevation of the Sun");
+               fmt::format("= true: must be false or unset where solver.method is \"{}\", which "
+                           "knows one elevation of the Sun",
+                           solver.method));
   }
   check.range("solver.zenith_step_deg", solver.zenith_step_deg, 0.1, 3.0);
   check.range("solver.altitude_levels", solver.altitude_levels, 4, 400);
@@ -322,6 +332,32 @@ void check_solver(const Scene& scene, Checker& check) {
   check.range("solver.photons", solver.photons, 100.0, 1e10);
   check.range("solver.seed", solver.seed, 0, std::numeric_limits<int>::max());
   check.range("solver.threads", solver.threads, 0, 1024);
+}
+
+void check_models(const Scene& scene, Checker& check) {
+  const ModelOptions& models = scene.models;
+  check.one_of("models.air", models.air, {"published", "scene"});
+  check.one_of("models.out_of_range", models.out_of_range, {"error", "clamp"});
+  const TwoConstituentOptions& air = scene.two_constituent_air;
+  check.range("two_constituent_air.top_km", air.top_km, 1.0, 1000.0);
+  check.range("two_constituent_air.rayleigh_scale_height_km", air.rayleigh_scale_height_km, 0.1,
+              100.0);
+  check.range("two_constituent_air.rayleigh_scattering_550nm_per_km",
+              air.rayleigh_scattering_550nm_per_km, 0.0, 10.0);
+  check.range("two_constituent_air.mie_scale_height_km", air.mie_scale_height_km, 0.1, 100.0);
+  check.range("two_constituent_air.mie_scattering_550nm_per_km", air.mie_scattering_550nm_per_km,
+              0.0, 10.0);
+  check.range("two_constituent_air.mie_angstrom_exponent", air.mie_angstrom_exponent, -4.0, 4.0);
+  check.range("two_constituent_air.mie_single_scattering_albedo", air.mie_single_scattering_albedo,
+              0.01, 1.0);
+  check.range("two_constituent_air.mie_asymmetry", air.mie_asymmetry, -0.99, 0.99);
+  if (solves_transfer(scene)) return;
+  if (scene.budget.max_relative_error || scene.budget.max_seconds) {
+    check.fail("solver.method",
+               fmt::format("= \"{}\": must be \"cells\", \"orders\" or \"monte-carlo\" where "
+                           "[budget] is given, which chooses among them",
+                           scene.solver.method));
+  }
 }
 
 void check_output(const OutputOptions& output, Checker& check) {
@@ -341,18 +377,36 @@ double ground_depth_km(const Scene& scene) {
   return std::max(0.0, -1e-3 * scene.observer.height_m);
 }
 
+bool solves_transfer(const Scene& scene) {
+  const std::string& method = scene.solver.method;
+  return method == "cells" || method == "orders" || method == "monte-carlo";
+}
+
+std::string published_air_name(const Scene& scene) {
+  if (scene.atmosphere.optical_layers) return {};
+  const bool own = scene.models.air == "published";
+  if (own && scene.solver.method == "nishita") return "scratchapixel";
+  if (own && scene.solver.method == "bruneton") return "bruneton2008";
+  const std::string& profile = scene.atmosphere.profile;
+  return profile == "scratchapixel" || profile == "bruneton2008" ? profile : std::string();
+}
+
 bool polarised(const Scene& scene) {
-  return scene.solver.polarisation.value_or(scene.solver.method != "cells");
+  return scene.solver.polarisation.value_or(scene.solver.method != "cells" &&
+                                            solves_transfer(scene));
 }
 
 bool disc_averaged(const Scene& scene) {
-  return scene.sun.disc_average.value_or(scene.solver.method != "cells");
+  return scene.sun.disc_average.value_or(scene.solver.method != "cells" && solves_transfer(scene));
 }
 
 bool mie_phase(const Scene& scene) {
-  if (scene.aerosols.type == "none" || scene.atmosphere.optical_layers) return false;
+  if (scene.atmosphere.optical_layers) return false;
+  if (scene.aerosols.type == "none" && published_air_name(scene).empty()) return false;
   if (scene.aerosols.phase) return *scene.aerosols.phase == "mie";
-  return scene.solver.method != "cells";
+  const std::string& method = scene.solver.method;
+  return method == "orders" || method == "monte-carlo" || method == "nishita" ||
+         method == "bruneton";
 }
 
 std::optional<SceneProblem> validate_quality(const Scene& scene) {
@@ -368,6 +422,7 @@ std::optional<SceneProblem> validate(const Scene& scene) {
   check_spectrum(scene, check);
   check_solved_wavelengths(scene.spectrum, check);
   check_solver(scene, check);
+  check_models(scene, check);
   check_budget(scene, check);
   check_output(scene.output, check);
   return check.take();

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "sim/models/model_options.h"
+
 namespace twilight {
 
 /// Place and time of the observer. Either latitude, longitude and time are all
@@ -45,7 +47,8 @@ struct EarthOptions {
 struct AtmosphereOptions {
   /// "us_standard", "tropical", "midlatitude_summer", "midlatitude_winter",
   /// "subarctic_summer", "subarctic_winter" (AFGL), or "exponential" (the
-  /// paper's exp(-h/8 km)).
+  /// paper's exp(-h/8 km)); "scratchapixel" or "bruneton2008" (those models' own air, haze and
+  /// Earth, see [two_constituent_air], which replace aerosols, ozone and top_km).
   std::string profile = "us_standard";
   double top_km = 100.0;  ///< 1..120 for AFGL profiles, 1..200 for "exponential"; 100: sunlit air
                           ///< above the zenith down to a Sun of -10 deg
@@ -98,7 +101,9 @@ struct SpectrumOptions {
 
 struct SolverOptions {
   /// "cells" (the paper), "orders" (the reference: successive orders on the plane of altitude and
-  /// solar zenith angle) or "monte-carlo" (the independent judge).
+  /// solar zenith angle), "monte-carlo" (the independent judge), or a published model: "preetham",
+  /// "cie-clear", "cie-overcast", "nishita", "hoffman-preetham", "bruneton", or
+  /// "fit:coefficients.json" (one that `twilight fit` made; relative to the scene file).
   std::string method = "cells";
   int azimuth_divisions = 120;  ///< S, even, 4..360; 120 = the paper's 3 degrees
   /// Scattering events followed, 1..500. Unset: 8 for "cells"; for "orders" until the rest is
@@ -180,6 +185,8 @@ struct Scene {
   AerosolOptions aerosols;
   SpectrumOptions spectrum;
   SolverOptions solver;
+  ModelOptions models;
+  TwoConstituentOptions two_constituent_air;
   OutputOptions output;
 };
 
@@ -194,6 +201,13 @@ struct SceneProblem {
 double observer_altitude_km(const Scene& scene);
 /// How far that ground lies below sea level, km: 0 for an observer above it.
 double ground_depth_km(const Scene& scene);
+
+/// Whether the method solves the transfer of light ("cells", "orders", "monte-carlo"); else it is a
+/// published model.
+bool solves_transfer(const Scene& scene);
+/// The published air (atmosphere/two_constituent_air.h) that the scene takes in place of profile
+/// and aerosols: its profile's, or that of a model with its own; empty for none.
+std::string published_air_name(const Scene& scene);
 
 /// The options as the scene's method takes them where they are unset.
 bool polarised(const Scene& scene);

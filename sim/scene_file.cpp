@@ -66,7 +66,8 @@ constexpr SceneKey kKeys[] = {
 
     {"atmosphere.profile", TWILIGHT_FIELD(atmosphere.profile),
      "us_standard, tropical, midlatitude_summer, midlatitude_winter, subarctic_summer, "
-     "subarctic_winter (AFGL), or exponential (the paper's exp(-h/8 km))"},
+     "subarctic_winter (AFGL), exponential (the paper's exp(-h/8 km)), scratchapixel, or "
+     "bruneton2008 (those models' air, haze and Earth, see [two_constituent_air])"},
     {"atmosphere.top_km", TWILIGHT_FIELD(atmosphere.top_km),
      "top of the atmosphere, 1..120 km, 1..200 km for exponential"},
     {"atmosphere.layers", TWILIGHT_FIELD(atmosphere.layers),
@@ -120,7 +121,9 @@ constexpr SceneKey kKeys[] = {
 
     {"solver.method", TWILIGHT_FIELD(solver.method),
      "cells (the paper's exchange between cells around the observer), orders (the reference: "
-     "successive orders of scattering, polarised), or monte-carlo (the independent judge)"},
+     "successive orders of scattering, polarised), monte-carlo (the independent judge), or a "
+     "published model: preetham, cie-clear, cie-overcast, nishita, hoffman-preetham, bruneton, or "
+     "fit:FILE.json (made by twilight fit)"},
     {"solver.azimuth_divisions", TWILIGHT_FIELD(solver.azimuth_divisions),
      "cells: around a ring, even, 4..360; 120 = 3 degrees"},
     {"solver.scattering_orders", TWILIGHT_FIELD(solver.scattering_orders),
@@ -178,6 +181,32 @@ constexpr SceneKey kKeys[] = {
      "monte-carlo: of the random numbers, 0..2147483647; the same seed gives the same bytes"},
     {"solver.threads", TWILIGHT_FIELD(solver.threads),
      "0..1024; 0 = one per core; results do not depend on it"},
+
+    {"models.air", TWILIGHT_FIELD(models.air),
+     "nishita, bruneton: published (their own air), or scene (its atmosphere and aerosols)"},
+    {"models.out_of_range", TWILIGHT_FIELD(models.out_of_range),
+     "where a published model is undefined: error, or clamp (to its edge; recorded)"},
+
+    {"two_constituent_air.top_km", TWILIGHT_FIELD(two_constituent_air.top_km),
+     "top of the air, 1..1000 km; auto: as published", "auto"},
+    {"two_constituent_air.rayleigh_scale_height_km",
+     TWILIGHT_FIELD(two_constituent_air.rayleigh_scale_height_km),
+     "of the molecules, 0.1..100 km; auto: as published", "auto"},
+    {"two_constituent_air.rayleigh_scattering_550nm_per_km",
+     TWILIGHT_FIELD(two_constituent_air.rayleigh_scattering_550nm_per_km),
+     "of the molecules at the ground, 0..10 per km, then as wavelength^-4; auto: as published", "auto"},
+    {"two_constituent_air.mie_scale_height_km", TWILIGHT_FIELD(two_constituent_air.mie_scale_height_km),
+     "of the haze, 0.1..100 km; auto: as published", "auto"},
+    {"two_constituent_air.mie_scattering_550nm_per_km",
+     TWILIGHT_FIELD(two_constituent_air.mie_scattering_550nm_per_km),
+     "of the haze at the ground, 0..10 per km; auto: as published", "auto"},
+    {"two_constituent_air.mie_angstrom_exponent", TWILIGHT_FIELD(two_constituent_air.mie_angstrom_exponent),
+     "haze scatters as wavelength^-exponent, -4..4; auto: as published, 0", "auto"},
+    {"two_constituent_air.mie_single_scattering_albedo",
+     TWILIGHT_FIELD(two_constituent_air.mie_single_scattering_albedo),
+     "of the haze, 0.01..1; auto: as published", "auto"},
+    {"two_constituent_air.mie_asymmetry", TWILIGHT_FIELD(two_constituent_air.mie_asymmetry),
+     "g of the haze's Cornette-Shanks phase function, -0.99..0.99; auto: as published", "auto"},
 
     {"output.projection", TWILIGHT_FIELD(output.projection),
      "fisheye, latlong, or octahedral"},

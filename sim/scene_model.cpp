@@ -11,8 +11,10 @@
 
 #include "aerosols/mixtures.h"
 #include "atmosphere/air.h"
+#include "atmosphere/layers.h"
 #include "atmosphere/optical_layers.h"
 #include "sim/cell_sky.h"
+#include "sim/models/model_sky.h"
 #include "sim/monte_carlo_sky.h"
 #include "sim/orders_atmosphere.h"
 #include "sim/orders_sky.h"
@@ -74,6 +76,28 @@ void empty_layers(const AerosolOptions& options, std::vector<AerosolLayer>& aero
     std::ranges::fill(aerosols[k].scattering_per_km, 0.0);
     std::ranges::fill(aerosols[k].absorption_per_km, 0.0);
   }
+}
+
+// The published air with what the scene changes of it.
+TwoConstituentAir two_constituent_air(const Scene& scene) {
+  TwoConstituentAir air = published_air(published_air_name(scene)).value();
+  const TwoConstituentOptions& given = scene.two_constituent_air;
+  const auto take = [](const std::optional<double>& option, double& value) {
+    if (option) value = *option;
+  };
+  take(scene.earth.radius_km, air.ground_radius_km);
+  take(given.top_km, air.top_km);
+  take(given.rayleigh_scale_height_km, air.rayleigh_scale_height_km);
+  take(given.mie_scale_height_km, air.mie_scale_height_km);
+  take(given.mie_scattering_550nm_per_km, air.mie_scattering_550nm_per_km);
+  take(given.mie_angstrom_exponent, air.mie_angstrom_exponent);
+  take(given.mie_single_scattering_albedo, air.mie_single_scattering_albedo);
+  take(given.mie_asymmetry, air.mie_asymmetry);
+  if (given.rayleigh_scattering_550nm_per_km) {
+    air.rayleigh_wavelength_nm = {550.0};
+    air.rayleigh_scattering_per_km = {*given.rayleigh_scattering_550nm_per_km};
+  }
+  return air;
 }
 
 // The ground's reflectance at a wavelength: linear between the given ones, constant beyond.
@@ -140,6 +164,18 @@ SceneModel build_scene_model(const Scene& scene, KnownPhases* known) {
   if (scene.atmosphere.optical_layers) {
     model.medium = read_optical_layers(*scene.atmosphere.optical_layers, radius_km, wavelengths,
                                        scene.atmosphere.depolarisation.value_or(0.0));
+  } else if (!published_air_name(scene).empty()) {
+    model.two_constituent_air = two_constituent_air(scene);
+    const AtmosphereOptions& options = scene.atmosphere;
+    const double top_km = model.two_constituent_air->top_km;
+    // Spaced as in an atmosphere of 8 km scale height, whose profile ends at 200 km.
+    const double shrink = std::max(1.0, top_km / 200.0);
+    std::vector<double> boundary_km = layer_boundaries_km(
+        Profile::named("exponential"), options.layer_spacing, top_km / shrink, options.layers);
+    for (double& z : boundary_km) z *= shrink;
+    boundary_km.back() = top_km;
+    model.medium =
+        layered(*model.two_constituent_air, wavelengths, std::move(boundary_km), mie_phase(scene));
   } else {
     auto aerosols = opac_aerosol_layers(scene.aerosols.type,
                                         scene.aerosols.relative_humidity_percent, wavelengths);
@@ -250,8 +286,10 @@ std::unique_ptr<Sky> solve_sky(const SceneModel& model, const RunControl& contro
     sky = std::make_unique<OrdersSky>(model, control);
   } else if (method == "monte-carlo") {
     sky = std::make_unique<MonteCarloSky>(model, control);
-  } else {
+  } else if (method == "cells") {
     sky = std::make_unique<CellSky>(model, control);
+  } else {
+    sky = make_model_sky(model, control);
   }
   return with_every_wavelength(model, std::move(sky));
 }

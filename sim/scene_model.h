@@ -3,6 +3,7 @@
 
 #include <map>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -10,6 +11,7 @@
 
 #include "atmosphere/medium.h"
 #include "atmosphere/phase_matrix.h"
+#include "atmosphere/two_constituent_air.h"
 #include "sim/orders_field.h"
 #include "sim/run_control.h"
 #include "sim/scene.h"
@@ -26,7 +28,9 @@ struct SceneModel {
   double sun_elevation_rad = 0.0;  ///< geometric (without refraction), topocentric
   double sun_azimuth_rad = 0.0;    ///< clockwise from north
   double sun_distance_au = 1.0;
-  Medium medium;                         ///< earth_radius_km included
+  Medium medium;  ///< earth_radius_km included
+  /// Where the medium is published air in layers: that air itself.
+  std::optional<TwoConstituentAir> two_constituent_air;
   std::vector<double> ground_albedo;     ///< Lambertian, 0..1, per wavelength
   std::vector<double> solar_irradiance;  ///< at the actual distance, W m^-2 nm^-1, per wavelength
 };

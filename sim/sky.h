@@ -36,6 +36,8 @@ struct StokesRadiance {
 struct RunSummary {
   std::vector<std::pair<std::string, double>> stage_seconds;
   std::vector<std::pair<std::string, std::string>> figures;  ///< label, value with unit
+  /// What a published model was asked outside its range, and what was taken: key, sentence.
+  std::vector<std::pair<std::string, std::string>> clamps;
 };
 
 class Sky {
