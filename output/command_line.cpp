@@ -99,6 +99,30 @@ void add_tradeoff(CLI::App& app, CommandLine& line) {
   rung->add_option("--parent", line.parent)->required();
 }
 
+void add_compare(CLI::App& app, CommandLine& line) {
+  ComparisonOptions& options = line.comparison;
+  CLI::App* sub = app.add_subcommand(
+      "compare", "models, methods and images side by side, as CSV: how far each is from the first");
+  sub->callback([&line] { line.command = Command::kCompare; });
+  sub->add_option("SKY", options.contenders,
+                  "a solver.method, with settings of its own behind commas as "
+                  "nishita,models.air=scene, or an EXR file; the first is the reference")
+      ->required()
+      ->expected(2, 64);
+  sub->add_option("--scene", options.scene, "scene file (TOML) [the defaults of every key]");
+  sub->add_option("-o,--output", options.directory,
+                  "folder for the table and the pictures, with false-colour maps of the error");
+  sub->add_option("--suns", options.suns,
+                  "elevations of the Sun, degrees [60,30,10,5,2,0,-2,-4,-6,-9,-12]");
+  sub->add_option("--projection", options.projection,
+                  "of images that carry none of ours: fisheye, latlong or octahedral");
+  sub->add_option("--picture-size", options.picture_size, "of each fisheye, 16..1024 pixels")
+      ->capture_default_str();
+  sub->add_option("--set", line.overrides, "KEY=VALUE overrides a key of the scene; repeatable")
+      ->allow_extra_args(false);
+  sub->add_flag("--quiet", line.quiet, "no progress, no summary on standard error");
+}
+
 // CLI11 says of an unknown command only that it was not expected.
 std::optional<std::string> unknown_command(const CLI::App& app, int argc, const char* const* argv) {
   if (argc < 2 || std::string_view(argv[1]).starts_with('-')) return std::nullopt;
@@ -161,6 +185,7 @@ ParsedCommandLine parse_command_line(int argc, const char* const* argv) {
   add_command(app, line, Command::kOptics, "optics", "the layers of the atmosphere, as CSV");
 
   add_tradeoff(app, line);
+  add_compare(app, line);
 
   try {
     app.parse(argc, argv);

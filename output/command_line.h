@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "output/sky_comparison.h"
 #include "output/tradeoff.h"
 #include "sim/sky.h"
 
@@ -27,6 +28,7 @@ enum class Command {
   kSun,
   kOptics,
   kSolve,
+  kCompare,
   kTradeoff,
   kTradeoffRung
 };
@@ -54,7 +56,8 @@ struct CommandLine {
   std::optional<std::filesystem::path> views_file;
   /// tradeoff; its scene and overrides are those above.
   TradeoffOptions tradeoff;
-  int parent = 0;  ///< tradeoff-rung: the process that measures it
+  ComparisonOptions comparison;  ///< compare; its overrides are those above
+  int parent = 0;                ///< tradeoff-rung: the process that measures it
 
   /// Where the spectral layout goes: "sky.spectral.exr" beside "sky.exr".
   std::filesystem::path spectral_output() const;

@@ -25,6 +25,7 @@
 #include "output/child_run.h"
 #include "output/colour.h"
 #include "output/command_line.h"
+#include "output/comparison_report.h"
 #include "output/csv_table.h"
 #include "output/exr_image.h"
 #include "output/field_file.h"
@@ -585,6 +586,23 @@ void tradeoff(Run& run) {
   }
 }
 
+void compare(const CommandLine& line, spdlog::logger& log) {
+  const ComparisonPlan plan = checking_input([&] {
+    ComparisonOptions options = line.comparison;
+    options.overrides = line.overrides;
+    return plan_comparison(options);
+  });
+  Run run(line, {}, log);
+  const Comparison comparison = compare_skies(plan, run.control());
+  run.progress.clear();
+  std::vector<std::string> files;
+  if (!plan.options.directory.empty()) files = write_comparison(comparison);
+  comparison_table(comparison).write("-", std::cout);
+  log.info("{}", comparison_markdown(comparison));
+  log.info("total {:.1f} s{}{}", run.clock.seconds(),
+           files.empty() ? "" : "; written: ", fmt::join(files, ", "));
+}
+
 // A child of tradeoff: its scene comes from the parent, its sample goes back as JSON.
 void tradeoff_rung(const CommandLine& line) {
   end_with_parent(line.parent);
@@ -600,6 +618,7 @@ bool solves(Command command) {
 
 void run_command(const CommandLine& line, spdlog::logger& log) {
   if (line.command == Command::kTradeoffRung) return tradeoff_rung(line);
+  if (line.command == Command::kCompare) return compare(line, log);
   const LoadedScene loaded = checking_input([&] { return load_scene(line.scene, line.overrides); });
   Run run(line, loaded.scene, log);
   if (line.print_config) {
@@ -632,8 +651,9 @@ void run_command(const CommandLine& line, spdlog::logger& log) {
       run.scene.quality.reset();
       run.scene.budget = {};
       return tradeoff(run);
+    case Command::kCompare:
     case Command::kTradeoffRung:
-      return;  // needs no run
+      return;  // have no scene of their own
   }
 }
 
@@ -669,7 +689,8 @@ int program(int argc, char** argv) {
     return kExitBadInput;
   } catch (const std::invalid_argument& error) {
     // The tables and layers are looked at while the medium is built: input still.
-    log.error("twilight: {}: {}", parsed.command->scene.string(), error.what());
+    const std::string scene = parsed.command->scene.string();
+    log.error("twilight: {}{}{}", scene, scene.empty() ? "" : ": ", error.what());
     return kExitBadInput;
   } catch (const std::exception& error) {
     log.error("twilight: {}", error.what());

@@ -48,6 +48,9 @@ class OrdersSky : public Sky {
   /// The same atmosphere and observer under another Sun (geometric elevation; its azimuth, distance
   /// and irradiance stay): milliseconds.
   std::unique_ptr<OrdersSky> under(double sun_elevation_rad) const;
+  std::unique_ptr<Sky> with_sun_at(double sun_elevation_rad) const override {
+    return under(sun_elevation_rad);
+  }
   /// Single scattering alone, as stokes().
   StokesRadiance single_scattering(std::span<const ViewDirection> views) const;
 

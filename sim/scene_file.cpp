@@ -599,6 +599,23 @@ std::string printed_value(const SceneKey& key, Scene& scene) {
   return text.empty() && !key.unset_word.empty() ? toml_string(key.unset_word) : text;
 }
 
+// All that follows the reading of a scene's text. Its complaints name the file.
+void finish(LoadedScene& loaded, std::span<const std::string> overrides) {
+  for (const std::string& assignment : overrides) apply_override(loaded, assignment);
+  resolve_quality(loaded);
+  if (loaded.scene.atmosphere.optical_layers) resolve_optical_layers(loaded);
+
+  const Scene& scene = loaded.scene;
+  if (const auto problem = validate(scene))
+    throw std::invalid_argument(loaded.complaint(problem->key, problem->message));
+  if (!scene.sun.elevation_deg && loaded.origin.contains("sun.azimuth_deg")) {
+    throw std::invalid_argument(loaded.complaint(
+        "sun.azimuth_deg", fmt::format("= {}: must only be given together with sun.elevation_deg; "
+                                       "place and time say where the Sun is",
+                                       scene.sun.azimuth_deg)));
+  }
+}
+
 }  // namespace
 
 std::span<const SceneKey> scene_keys() { return kKeys; }
@@ -613,19 +630,16 @@ LoadedScene load_scene(const std::filesystem::path& file, std::span<const std::s
   LoadedScene loaded;
   loaded.file = file;
   read_file(loaded);
-  for (const std::string& assignment : overrides) apply_override(loaded, assignment);
-  resolve_quality(loaded);
-  if (loaded.scene.atmosphere.optical_layers) resolve_optical_layers(loaded);
+  finish(loaded, overrides);
+  return loaded;
+}
 
-  const Scene& scene = loaded.scene;
-  if (const auto problem = validate(scene))
-    throw std::invalid_argument(loaded.complaint(problem->key, problem->message));
-  if (!scene.sun.elevation_deg && loaded.origin.contains("sun.azimuth_deg")) {
-    throw std::invalid_argument(loaded.complaint(
-        "sun.azimuth_deg", fmt::format("= {}: must only be given together with sun.elevation_deg; "
-                                       "place and time say where the Sun is",
-                                       scene.sun.azimuth_deg)));
-  }
+LoadedScene load_scene_text(const std::string& toml, const std::filesystem::path& name,
+                            std::span<const std::string> overrides) {
+  LoadedScene loaded;
+  loaded.file = name;
+  read_text(loaded, toml, name.string());
+  finish(loaded, overrides);
   return loaded;
 }
 

@@ -54,6 +54,11 @@ struct LoadedScene {
 LoadedScene load_scene(const std::filesystem::path& file,
                        std::span<const std::string> overrides = {});
 
+/// As load_scene() of a file that holds `toml`; `name` stands for the file in complaints, and its
+/// folder is where relative paths start.
+LoadedScene load_scene_text(const std::string& toml, const std::filesystem::path& name,
+                            std::span<const std::string> overrides = {});
+
 /// The options that TOML text holds, as to_toml() writes it; `origin` names it in complaints. Reads
 /// no other file and does not validate. Throws std::invalid_argument as load_scene does for
 /// syntax errors, unknown tables and keys and wrong types.

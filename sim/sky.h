@@ -66,6 +66,13 @@ class Sky {
   virtual double apparent_sun_elevation_rad() const = 0;
   virtual std::vector<double> sun_transmittance() const = 0;
   virtual const RunSummary& summary() const = 0;
+  /// The same air, ground and observer under another Sun (geometric elevation, rad; its azimuth,
+  /// distance and irradiance stay), where that shares work with this sky; null where it must be
+  /// solved anew. Throws as the solver's constructor does.
+  virtual std::unique_ptr<Sky> with_sun_at(double sun_elevation_rad) const {
+    static_cast<void>(sun_elevation_rad);
+    return nullptr;
+  }
 };
 
 }  // namespace twilight

@@ -136,4 +136,10 @@ std::vector<double> SpectralSky::sun_transmittance() const {
   return out;
 }
 
+std::unique_ptr<Sky> SpectralSky::with_sun_at(double sun_elevation_rad) const {
+  std::unique_ptr<Sky> other = solved_->with_sun_at(sun_elevation_rad);
+  if (!other) return nullptr;
+  return std::make_unique<SpectralSky>(std::move(other), wavelength_nm_, solar_irradiance_);
+}
+
 }  // namespace twilight
