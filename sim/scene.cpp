@@ -391,6 +391,10 @@ std::string published_air_name(const Scene& scene) {
   return profile == "scratchapixel" || profile == "bruneton2008" ? profile : std::string();
 }
 
+bool replaces_profile(const Scene& scene) {
+  return scene.atmosphere.optical_layers || !published_air_name(scene).empty();
+}
+
 bool polarised(const Scene& scene) {
   return scene.solver.polarisation.value_or(scene.solver.method != "cells" &&
                                             solves_transfer(scene));

@@ -208,6 +208,8 @@ bool solves_transfer(const Scene& scene);
 /// The published air (atmosphere/two_constituent_air.h) that the scene takes in place of profile
 /// and aerosols: its profile's, or that of a model with its own; empty for none.
 std::string published_air_name(const Scene& scene);
+/// Whether profile and aerosols do not matter: the user's own layers or published air.
+bool replaces_profile(const Scene& scene);
 
 /// The options as the scene's method takes them where they are unset.
 bool polarised(const Scene& scene);
