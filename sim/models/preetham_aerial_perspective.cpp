@@ -16,6 +16,9 @@ namespace {
 
 using std::numbers::pi;
 
+// (1 - e^(-x)) / x.
+double mean_decay(double x) { return x == 0 ? 1.0 : -std::expm1(-x) / x; }
+
 // One constituent along a path: its density over that at the ground, and columns of it.
 struct Constituent {
   double decay_per_km, ground_per_km, climb, start;  // climb: cos theta; start: u(0)
@@ -28,10 +31,11 @@ struct Constituent {
 
   double density(double km) const { return start * std::exp(-decay_per_km * climb * km); }
   // The integral of density() from 0, km.
-  double column_km(double km) const {
-    const double z = decay_per_km * climb * km;
-    return start * km * (z == 0 ? 1.0 : -std::expm1(-z) / z);
-  }
+  double column_km(double km) const { return start * km * mean_decay(decay_per_km * climb * km); }
+  // column_km(s) over density(0), and over density(s): no density of great heights, which is 0, is
+  // divided by.
+  double start_length_km(double s) const { return s * mean_decay(decay_per_km * climb * s); }
+  double end_length_km(double s) const { return s * mean_decay(-decay_per_km * climb * s); }
   double depth(double km) const { return ground_per_km * column_km(km); }
 };
 
@@ -53,9 +57,6 @@ void check_path(const AerialPath& path) {
                     path.height_km, path.elevation_rad, path.length_km));
   }
 }
-
-// (1 - e^(-x)) / x.
-double mean_decay(double x) { return x == 0 ? 1.0 : -std::expm1(-x) / x; }
 
 // The integrals of e^(-tau t) t^n over 0..1, n = 0..3, for tau >= 0.
 std::array<double, 4> decay_moments(double tau) {
@@ -88,11 +89,10 @@ double level_integral(const Constituent& own, const Constituent& other, double l
 // t runs over the share of the constituent's own column: dv = -(H - u(s)) dt.
 double hermite_integral(const Constituent& own, const Constituent& other, double length_km) {
   const double column = own.column_km(length_km);
-  const auto slope = [&](double km) {
-    return -other.ground_per_km * column * other.density(km) / own.density(km);
-  };
   const double f1 = std::exp(-other.depth(length_km));
-  const double d0 = slope(0), d1 = slope(length_km) * f1;
+  const double d0 = -other.ground_per_km * other.start * own.start_length_km(length_km);
+  const double d1 =
+      -other.ground_per_km * other.density(length_km) * own.end_length_km(length_km) * f1;
   const std::array<double, 4> m = decay_moments(own.ground_per_km * column);
   return column *
          (m[0] + d0 * m[1] + (3 * (f1 - 1) - 2 * d0 - d1) * m[2] + (2 * (1 - f1) + d0 + d1) * m[3]);
@@ -122,7 +122,7 @@ AerialIntegrals aerial_integrals_hermite(const AerialPath& path, const AerialAir
 
 AerialIntegrals aerial_integrals(const AerialPath& path, const AerialAir& air) {
   check_path(path);
-  constexpr double kLevel = 1e-3, kClimb = 0.5, kDepth = 0.5, kDark = 1e-14;
+  constexpr double kLevel = 1e-3, kClimb = 0.25, kDepth = 0.4, kDark = 1e-14;
   const BothConstituents whole(path, air);
   const double climb = kHazeDecay_per_km * std::abs(whole.haze.climb);
   if (climb * path.length_km < kLevel) return aerial_integrals_level(path, air);
@@ -134,10 +134,12 @@ AerialIntegrals aerial_integrals(const AerialPath& path, const AerialAir& air) {
     const BothConstituents here(piece, air);
     const double left_km = path.length_km - done_km;
     double step_km = std::min(left_km, kClimb / climb);
-    // Depth of a falling path grows with the density at its end: at most by e^kClimb.
-    const double extinction =
-        air.haze_per_km * here.haze.start + air.molecules_per_km * here.molecules.start;
-    if (extinction * step_km > kDepth) step_km = kDepth / extinction;
+    const auto extinction = [&](double km) {
+      return air.haze_per_km * here.haze.density(km) +
+             air.molecules_per_km * here.molecules.density(km);
+    };
+    const double most = std::max(extinction(0), extinction(step_km));
+    if (most * step_km > kDepth) step_km = kDepth / most;
     const AerialIntegrals own = {hermite_integral(here.haze, here.molecules, step_km),
                                  hermite_integral(here.molecules, here.haze, step_km)};
     sum.haze_km += light * own.haze_km;
