@@ -11,7 +11,7 @@ struct PreethamOptions {
   /// scene's air (sim/models/turbidity.h). Of "preetham" and "cie-clear".
   std::optional<double> turbidity;
   /// "scene": the Sun's elevation as for every method; "preetham": by their appendix A.6 where a
-  /// place and time are given. Of "preetham" alone.
+  /// place and time are given (azimuths stay the scene's). Of "preetham" alone.
   std::string sun_position = "scene";
 };
 

@@ -304,7 +304,7 @@ TEST(Turbidity, OfTheSceneIsTheModels) {
 
 // ------------------------------------------------------------------ sky (A.2)
 
-// Worked from the formula of the text by hand: chi = (4/9 - T/120)(pi - 2 theta).
+// Worked out apart from the program: chi = (4/9 - T/120)(pi - 2 theta).
 TEST(PreethamSky, ZenithLuminanceOfTheText) {
   EXPECT_NEAR(preetham_zenith(2, 50 * kRad).luminance_cd_m2, 4110.05, 0.01);
   EXPECT_NEAR(preetham_zenith(6, 30 * kRad).luminance_cd_m2, 22066.71, 0.01);
@@ -379,6 +379,21 @@ TEST(PreethamSky, SpectraHaveTheLuminanceAndChromaticityOfTheForm) {
   }
   EXPECT_LT(worst, 3e-4);
   std::printf("sky chromaticity: within %.1e\n", worst);
+}
+
+// Every chromaticity of the form has a spectrum, and every luminance is positive.
+TEST(PreethamSky, IsDefinedThroughoutItsRange) {
+  std::vector<ViewDirection> views;
+  for (int e = 0; e <= 15; ++e) {
+    for (int a = 0; a <= 15; ++a) views.push_back({e * pi / 30, a * pi / 15});
+  }
+  for (double t = 2; t <= 6; t += 0.5) {
+    for (double elevation = 0; elevation <= 90; elevation += 10) {
+      Scene scene = preetham_scene(elevation, t);
+      scene.spectrum.wavelengths_nm = {550};
+      for (const double value : sky_of(scene)->radiance(views)) EXPECT_GT(value, 0);
+    }
+  }
 }
 
 TEST(PreethamSky, IsSymmetricAboutTheSunAndContinuous) {
