@@ -99,6 +99,14 @@ void add_tradeoff(CLI::App& app, CommandLine& line) {
   rung->add_option("--parent", line.parent)->required();
 }
 
+void add_views(CLI::App* sub, CommandLine& line) {
+  sub->add_option("--view", line.views,
+                  "EL,AZ in degrees: elevation, and azimuth from the Sun's; repeatable")
+      ->allow_extra_args(false);
+  sub->add_option("--views", line.views_file,
+                  "CSV file with the columns view_elevation_deg,relative_azimuth_deg");
+}
+
 void add_compare(CLI::App& app, CommandLine& line) {
   ComparisonOptions& options = line.comparison;
   CLI::App* sub = app.add_subcommand(
@@ -164,13 +172,18 @@ ParsedCommandLine parse_command_line(int argc, const char* const* argv) {
 
   CLI::App* radiance = add_command(app, line, Command::kRadiance, "radiance",
                                    "spectral radiance of given views, as CSV");
-  radiance
-      ->add_option("--view", line.views,
-                   "EL,AZ in degrees: elevation, and azimuth from the Sun's; repeatable")
-      ->allow_extra_args(false);
-  radiance->add_option("--views", line.views_file,
-                       "CSV file with the columns view_elevation_deg,relative_azimuth_deg");
+  add_views(radiance, line);
   add_field(radiance, line);
+
+  CLI::App* aerial = add_command(app, line, Command::kAerial, "aerial",
+                                 "aerial perspective: transmittance to things at given distances, "
+                                 "and the light of the air in front of them, as CSV");
+  add_views(aerial, line);
+  aerial->add_option("--distance", line.distances_km, "km along the view, 0..100000; repeatable")
+      ->required()
+      ->allow_extra_args(false)
+      ->check(CLI::Range(0.0, 1e5));
+  add_field(aerial, line);
 
   CLI::App* irradiance = add_command(app, line, Command::kIrradiance, "irradiance",
                                      "direct, diffuse and global horizontal irradiance, as CSV");
@@ -190,7 +203,8 @@ ParsedCommandLine parse_command_line(int argc, const char* const* argv) {
   try {
     app.parse(argc, argv);
     const bool no_views = line.views.empty() && !line.views_file;
-    if (line.command == Command::kRadiance && no_views && !line.print_config)
+    const bool looks = line.command == Command::kRadiance || line.command == Command::kAerial;
+    if (looks && no_views && !line.print_config)
       throw CLI::RequiredError("--view EL,AZ or --views FILE");
   } catch (const CLI::ParseError& error) {
     if (const auto complaint = unknown_command(app, argc, argv)) {

@@ -29,6 +29,7 @@ enum class Command {
   kOptics,
   kSolve,
   kCompare,
+  kAerial,
   kTradeoff,
   kTradeoffRung
 };
@@ -54,6 +55,7 @@ struct CommandLine {
   std::optional<std::filesystem::path> field;
   std::vector<std::string> views;  ///< radiance, "EL,AZ"
   std::optional<std::filesystem::path> views_file;
+  std::vector<double> distances_km;  ///< aerial, 0..1e5
   /// tradeoff; its scene and overrides are those above.
   TradeoffOptions tradeoff;
   ComparisonOptions comparison;  ///< compare; its overrides are those above

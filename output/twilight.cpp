@@ -146,7 +146,8 @@ std::vector<View> views_of(const CommandLine& line) {
 WantedSky wanted_sky(const CommandLine& line) {
   WantedSky wanted;
   wanted.every_sun = line.command == Command::kSolve || line.field.has_value();
-  if (line.command != Command::kRadiance || wanted.every_sun) return wanted;
+  if (line.command != Command::kRadiance && line.command != Command::kAerial) return wanted;
+  if (wanted.every_sun) return wanted;
   std::vector<ViewDirection> views;
   for (const View& view : views_of(line)) views.push_back(view.direction());
   if (!views.empty()) wanted.views = listed_views(views);
@@ -423,6 +424,40 @@ void radiance(Run& run) {
   run.summarise(model, *sky, {});
 }
 
+// Aerial perspective of every view over every distance.
+void aerial(Run& run) {
+  const std::vector<View> views = views_of(run.line);
+  run.choose_settings();
+  run.foretell(2 * views.size() * run.line.distances_km.size());
+  const SceneModel model = run.model();
+  const std::unique_ptr<Sky> sky = run.sky(model);
+  CsvTable table({"view_elevation_deg", "relative_azimuth_deg", "distance_km", "wavelength_nm",
+                  "transmittance", "inscattered_radiance_w_m2_sr_nm"});
+  run.timed("views", [&] {
+    for (const View& view : views) {
+      for (const double km : run.line.distances_km) {
+        run.control().check();
+        const auto light = sky->aerial_light(view.direction(), km);
+        if (!light) {
+          throw std::invalid_argument(fmt::format(
+              "key 'solver.method' = \"{}\": must be one that knows aerial perspective: "
+              "orders, preetham, nishita, hoffman-preetham or bruneton",
+              run.scene.solver.method));
+        }
+        for (std::size_t w = 0; w < sky->wavelength_nm().size(); ++w) {
+          table.add_row({view.elevation_deg, view.relative_azimuth_deg, km, sky->wavelength_nm()[w],
+                         light->transmittance[w], light->inscattered[w]});
+        }
+      }
+    }
+    return true;
+  });
+  run.control().check();
+  run.progress.clear();
+  table.write("-", std::cout);
+  run.summarise(model, *sky, {});
+}
+
 void irradiance(Run& run) {
   warn_of_missing_light(run);
   run.choose_settings();
@@ -613,7 +648,8 @@ void tradeoff_rung(const CommandLine& line) {
 
 bool solves(Command command) {
   return command == Command::kRender || command == Command::kRadiance ||
-         command == Command::kIrradiance || command == Command::kSolve;
+         command == Command::kAerial || command == Command::kIrradiance ||
+         command == Command::kSolve;
 }
 
 void run_command(const CommandLine& line, spdlog::logger& log) {
@@ -638,6 +674,8 @@ void run_command(const CommandLine& line, spdlog::logger& log) {
       return render(run);
     case Command::kRadiance:
       return radiance(run);
+    case Command::kAerial:
+      return aerial(run);
     case Command::kIrradiance:
       return irradiance(run);
     case Command::kSolve:
