@@ -2,13 +2,17 @@
 
 #include <stdexcept>
 
+#include "sim/models/hoffman_preetham_sky.h"
 #include "sim/models/model_sky.h"
+#include "sim/models/nishita_sky.h"
 
 namespace twilight {
 
 std::unique_ptr<Sky> make_model_sky(const SceneModel& model, const RunControl& control) {
   control.check();
   const std::string& method = model.scene.solver.method;
+  if (method == "nishita") return std::make_unique<NishitaSky>(model);
+  if (method == "hoffman-preetham") return std::make_unique<HoffmanPreethamSky>(model);
   throw std::invalid_argument(fmt::format("key 'solver.method' = \"{}\": is not a method", method));
 }
 
