@@ -25,7 +25,7 @@ void write_sky_sequence(const OrdersSky& sky, const ColourIntegrator& integrator
     ImageAttributes facts = attributes;
     facts.emplace_back("sunElevation", frame.sun_elevation_rad * kDegPerRad);
     facts.emplace_back("sunAzimuth", frame.sun_azimuth_rad * kDegPerRad);
-    write_exr(frame.file, map.colour, settings.projection.kind, facts);
+    write_exr(frame.file, map.colour, settings.projection, facts);
     const std::lock_guard lock(report);
     control.report("frames", static_cast<double>(++done) / static_cast<double>(frames.size()));
   });

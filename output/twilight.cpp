@@ -366,12 +366,8 @@ void render(Run& run) {
 
   // From here on everything is written: either no file or all of them.
   run.timed("files", [&] {
-    const Projection projection = projection_from_name(output.projection);
-    ImageAttributes attributes = image_attributes(model, *sky, run.plan);
-    if (projection == Projection::kCamera) {
-      const CameraView camera = map_projection(run.scene, model.sun_azimuth_rad).camera;
-      attributes.emplace_back("resolved.camera_azimuth_deg", camera.azimuth_rad * kDegrees);
-    }
+    const MapProjection projection = map_projection(run.scene, model.sun_azimuth_rad);
+    const ImageAttributes attributes = image_attributes(model, *sky, run.plan);
     std::deque<AtomicFile> files;
     write_exr(files.emplace_back(line.output), map.colour, projection, attributes);
     if (spectral) {
