@@ -45,6 +45,7 @@ constexpr std::array<KronrodNode, 7> kSeven = {{
     {0.960491268708020283423507092629080, 0.104656226026467265193823857192073, 0},
 }};
 constexpr double kTolerance = 1e-4;
+constexpr double kNothing = 1e-200;  // where rounding to subnormal numbers would never converge
 constexpr int kMostHalvings = 14;
 
 // A ray in the air: places are signed distances s from its perigee.
@@ -138,6 +139,8 @@ class Integral {
         ray_(ray),
         W_(air.wavelengths()),
         at_(air.scattering_at(ray.sun_slope)),
+        before_(W_),
+        extinction_(W_),
         view_(W_),
         sun_(W_),
         source_(W_) {}
@@ -178,6 +181,7 @@ class Integral {
     Piece p{from, to, std::vector<double>(W_), std::vector<double>(W_)};
     std::vector<double>& gauss = p.error;
     const double middle = 0.5 * (from + to), half = 0.5 * (to - from);
+    if (air_.layered()) enter_layer(from, middle);
     for (const KronrodNode& node : rule) {
       const double scale = half * light(middle + half * node.x);
       for (std::size_t w = 0; w < W_; ++w) {
@@ -189,14 +193,36 @@ class Integral {
     return p;
   }
 
+  double place(double u) const { return u * std::sqrt(2.0 * ray_.line.perigee_radius_km + u * u); }
+
+  double height(double u) const {
+    return std::clamp(ray_.line.perigee_radius_km + u * u - air_.ground_radius_km(), 0.0,
+                      air_.top_radius_km() - air_.ground_radius_km());
+  }
+
+  // A piece lies in one layer, where the view's optical depth grows evenly.
+  void enter_layer(double from, double middle) {
+    entry_km_ = std::max(place(from), ray_.begin_km);
+    air_.optical_depth(ray_.line, ray_.begin_km, entry_km_, before_);
+    air_.extinction(height(middle), extinction_);
+  }
+
+  void view_depth(double s) {
+    if (!air_.layered()) {
+      air_.optical_depth(ray_.line, ray_.begin_km, std::max(s, ray_.begin_km), view_);
+      return;
+    }
+    for (std::size_t w = 0; w < W_; ++w) {
+      view_[w] = before_[w] + std::max(0.0, s - entry_km_) * extinction_[w];
+    }
+  }
+
   // Leaves the light scattered per km in source_; returns ds/du.
   double light(double u) {
     const double p = ray_.line.perigee_radius_km;
-    const double s = u * std::sqrt(2.0 * p + u * u), r = p + u * u;
-    const double height = std::clamp(r - air_.ground_radius_km(), 0.0,
-                                     air_.top_radius_km() - air_.ground_radius_km());
-    air_.angular_scattering(at_, height, source_);
-    air_.optical_depth(ray_.line, ray_.begin_km, std::max(s, ray_.begin_km), view_);
+    const double s = place(u), r = p + u * u;
+    air_.angular_scattering(at_, height(u), source_);
+    view_depth(s);
     const StraightLine up = ray_.to_sun(s);
     const double from = ray_.along_sun_km(s);
     air_.optical_depth(up, from, std::max(from, up.half_chord_km(air_.top_radius_km())), sun_);
@@ -208,7 +234,9 @@ class Integral {
     bool good = halvings == 0;
     if (!good) {
       good = true;
-      for (std::size_t w = 0; w < W_; ++w) good = good && p.error[w] <= kTolerance * whole[w];
+      for (std::size_t w = 0; w < W_; ++w) {
+        good = good && p.error[w] <= kTolerance * whole[w] + kNothing;
+      }
     }
     if (good) {
       for (std::size_t w = 0; w < W_; ++w) sum[w] += p.value[w];
@@ -222,7 +250,8 @@ class Integral {
   const SingleScatteringAir& air_;
   const Ray& ray_;
   std::size_t W_;
-  std::vector<double> at_, view_, sun_, source_;
+  double entry_km_ = 0;
+  std::vector<double> at_, before_, extinction_, view_, sun_, source_;
 };
 
 // Optical depth towards the Sun by samples at the middles of even segments; false where one of them

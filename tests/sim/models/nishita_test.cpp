@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <random>
 #include <span>
 #include <string>
 
@@ -348,6 +349,34 @@ TEST(Nishita, OtherPlanetsAreFinite) {
     // Thick air: a hundred times the haze.
     scene.two_constituent_air.mie_scattering_550nm_per_km = 4.0;
     for (const double x : seen(scene, some_views())) EXPECT_TRUE(std::isfinite(x) && x >= 0.0);
+  }
+}
+
+// Anything that the keys allow: no value may be negative or not finite (radiance() throws).
+TEST(Nishita, EveryAirIsFinite) {
+  std::mt19937 random(7);
+  const auto between = [&](double low, double high) {
+    return low + (high - low) * static_cast<double>(random()) / 4294967296.0;
+  };
+  const auto log_between = [&](double low, double high) {
+    return std::exp(between(std::log(low), std::log(high)));
+  };
+  for (int i = 0; i < 300; ++i) {
+    Scene scene = nishita_scene(i % 7 == 0 ? 0.0 : between(-90, 90), i % 2 == 0);
+    scene.earth.radius_km = log_between(1000, 70000);
+    scene.earth.ground_albedo = between(0, 1);
+    scene.observer.height_m = i % 3 == 0 ? 0.0 : log_between(1, 4e7);
+    scene.two_constituent_air = {.top_km = log_between(1, 1000),
+                                 .rayleigh_scale_height_km = log_between(0.1, 100),
+                                 .rayleigh_scattering_550nm_per_km = log_between(1e-6, 10),
+                                 .mie_scale_height_km = log_between(0.1, 100),
+                                 .mie_scattering_550nm_per_km = i % 5 ? log_between(1e-6, 10) : 0,
+                                 .mie_angstrom_exponent = between(-4, 4),
+                                 .mie_single_scattering_albedo = between(0.01, 1),
+                                 .mie_asymmetry = between(-0.99, 0.99)};
+    std::vector<ViewDirection> views = {{0, 0}, {0.5 * pi, 0}, {-0.5 * pi, 0}};
+    for (int k = 0; k < 6; ++k) views.push_back({between(-0.5 * pi, 0.5 * pi), between(-pi, pi)});
+    EXPECT_NO_THROW(seen(scene, views)) << i;
   }
 }
 
