@@ -152,7 +152,9 @@ class Integral {
     std::vector<double> whole(W_);
     for (std::size_t i = 1; i < cuts.size(); ++i) {
       if (in_shadow(ray_, 0.5 * (cuts[i - 1] + cuts[i]), air_.ground_radius_km())) continue;
-      pieces.push_back(piece(root(cuts[i - 1]), root(cuts[i])));
+      const double from = root(cuts[i - 1]), to = root(cuts[i]);
+      if (!(to > from)) continue;  // shorter than rounding
+      pieces.push_back(piece(from, to));
       for (std::size_t w = 0; w < W_; ++w) whole[w] += pieces.back().value[w];
     }
     std::vector<double> result(W_);
