@@ -38,7 +38,7 @@ constexpr SceneKey kKeys[] = {
      "degrees east, -180..360"},
     {"observer.height_m", TWILIGHT_FIELD(observer.height_m),
      "metres above sea level (0 = on the ground), from -500 (then the ground lies there too): below "
-     "the top for cells, to 40000000 (orbit) for orders and monte-carlo"},
+     "the top for cells, to 40000000 (orbit) for orders, monte-carlo, nishita and bruneton"},
     {"observer.time", TWILIGHT_FIELD(observer.time),
      "offset date-time, as 2003-12-08T17:00:00+01:00"},
 

@@ -101,7 +101,7 @@ TEST(NishitaAgainstOrders, AgreesFromTheGround) {
 }
 
 // At -6 degrees light comes through grazing rays alone, whose transmittance "orders" interpolates
-// in a table; views towards the Sun stay within 0.2 %, the dark side within 0.6 % (1e-5 of the
+// in a table; views towards the Sun stay within 0.2 % (0.08 %), the dark side within 0.6 % (1e-5 of the
 // brightest). ConvergedIsTheIntegral tells which of the two is right.
 TEST(NishitaAgainstOrders, AgreesInDeepTwilight) {
   const double sun[] = {-6};
