@@ -41,6 +41,10 @@ std::vector<double> sky_luminance(const SkyImage& image, const std::vector<doubl
     }
     if (luminance[i] > 0.0) sky.push_back(luminance[i]);
   }
+  // From orbit, or with the camera down, all light comes from below.
+  if (sky.empty()) {
+    std::ranges::copy_if(luminance, std::back_inserter(sky), [](double y) { return y > 0.0; });
+  }
   return sky;
 }
 

@@ -319,6 +319,18 @@ void warn_of_missing_light(const Run& run) {
   }
 }
 
+MapProjection map_projection(const Scene& scene, double sun_azimuth_rad) {
+  const Projection kind = projection_from_name(scene.output.projection);
+  if (kind != Projection::kCamera) return kind;
+  const CameraOptions& camera = scene.camera;
+  CameraView view;
+  view.azimuth_rad = camera.azimuth_deg ? *camera.azimuth_deg / kDegrees : sun_azimuth_rad;
+  view.elevation_rad = camera.elevation_deg / kDegrees;
+  view.field_of_view_rad = camera.field_of_view_deg / kDegrees;
+  view.aspect_ratio = camera.aspect_ratio;
+  return view;
+}
+
 void render(Run& run) {
   const CommandLine& line = run.line;
   const OutputOptions& output = run.scene.output;
@@ -332,12 +344,14 @@ void render(Run& run) {
 
   run.choose_settings();
   const auto size = static_cast<std::size_t>(output.size);
-  run.foretell(size * size * (output.projection == "latlong" ? 2 : 1));
+  const auto across =
+      static_cast<std::size_t>(map_width(map_projection(run.scene, 0.0), output.size));
+  run.foretell(size * across);
   const SceneModel model = run.model();
   const std::unique_ptr<Sky> sky = run.sky(model);
   const SkyMap map = run.timed("map", [&] {
     MapSettings settings;
-    settings.projection = projection_from_name(output.projection);
+    settings.projection = map_projection(run.scene, model.sun_azimuth_rad);
     settings.size = output.size;
     settings.sun_azimuth_rad = model.sun_azimuth_rad;
     settings.colour =
@@ -354,7 +368,7 @@ void render(Run& run) {
 
   // From here on everything is written: either no file or all of them.
   run.timed("files", [&] {
-    const Projection projection = projection_from_name(output.projection);
+    const MapProjection projection = map_projection(run.scene, model.sun_azimuth_rad);
     const ImageAttributes attributes = image_attributes(model, *sky, run.plan);
     std::deque<AtomicFile> files;
     write_exr(files.emplace_back(line.output), map.colour, projection, attributes);

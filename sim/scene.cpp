@@ -175,7 +175,7 @@ void check_medium(const Scene& scene, Checker& check) {
   check.one_of(
       "atmosphere.profile", air.profile,
       {"us_standard", "tropical", "midlatitude_summer", "midlatitude_winter", "subarctic_summer",
-       "subarctic_winter", "exponential", "scratchapixel", "bruneton2008"});
+       "subarctic_winter", "exponential", "scratchapixel", "scratchapixel_code", "bruneton2008"});
   // The AFGL tables end at 120 km; a user's own layers bring their own top.
   const bool afgl =
       air.profile != "exponential" && !air.optical_layers && published_air_name(scene).empty();
@@ -354,6 +354,8 @@ void check_models(const Scene& scene, Checker& check) {
   check.range("preetham.turbidity", scene.preetham.turbidity, 1.0, 100.0);
   check.one_of("preetham.sun_position", scene.preetham.sun_position, {"scene", "preetham"});
   check.range("cie.zenith_luminance_cd_m2", scene.cie.zenith_luminance_cd_m2, 0.0, 1e6);
+  check.range("nishita.view_samples", scene.nishita.view_samples, 1, 100000);
+  check.range("nishita.light_samples", scene.nishita.light_samples, 1, 100000);
   if (solves_transfer(scene)) return;
   if (scene.budget.max_relative_error || scene.budget.max_seconds) {
     check.fail("solver.method",
@@ -363,11 +365,35 @@ void check_models(const Scene& scene, Checker& check) {
   }
 }
 
+void check_hoffman_preetham(const HoffmanPreethamOptions& options, Checker& check) {
+  check.one_of("hoffman_preetham.haze", options.haze,
+               {"none", "light haze", "heavy haze", "light fog", "heavy fog"});
+  constexpr std::string_view kScattering = "hoffman_preetham.haze_scattering_per_km";
+  const std::vector<double>& rgb = options.haze_scattering_per_km;
+  if (!rgb.empty() && rgb.size() != 3) {
+    check.fail(kScattering,
+               fmt::format("holds {} values: must be three, at 650, 570 and 475 nm", rgb.size()));
+  }
+  for (const double value : rgb) check.range(kScattering, value, 0.0, 100.0);
+  check.range("hoffman_preetham.haze_absorption_per_km", options.haze_absorption_per_km, 0.0,
+              100.0);
+  check.range("hoffman_preetham.asymmetry", options.asymmetry, -1000.0, 1000.0);
+  check.one_of("hoffman_preetham.phase", options.phase, {"normalised", "printed"});
+}
+
 void check_output(const OutputOptions& output, Checker& check) {
-  check.one_of("output.projection", output.projection, {"fisheye", "latlong", "octahedral"});
+  check.one_of("output.projection", output.projection,
+               {"fisheye", "latlong", "octahedral", "camera"});
   check.range("output.size", output.size, 4, 16384);
   check.one_of("output.channels", output.channels, {"rgb", "xyz", "rgb+spectral", "xyz+spectral"});
   check.one_of("output.colour_observer", output.colour_observer, {"cie1931", "cie1964"});
+}
+
+void check_camera(const CameraOptions& camera, Checker& check) {
+  check.range("camera.azimuth_deg", camera.azimuth_deg, -360.0, 360.0);
+  check.range("camera.elevation_deg", camera.elevation_deg, -90.0, 90.0);
+  check.range("camera.field_of_view_deg", camera.field_of_view_deg, 0.1, 170.0);
+  check.range("camera.aspect_ratio", camera.aspect_ratio, 0.2, 5.0);
 }
 
 }  // namespace
@@ -387,11 +413,12 @@ bool solves_transfer(const Scene& scene) {
 
 std::string published_air_name(const Scene& scene) {
   if (scene.atmosphere.optical_layers) return {};
+  const std::string& profile = scene.atmosphere.profile;
+  if (profile.starts_with("scratchapixel") || profile == "bruneton2008") return profile;
   const bool own = scene.models.air == "published";
   if (own && scene.solver.method == "nishita") return "scratchapixel";
   if (own && scene.solver.method == "bruneton") return "bruneton2008";
-  const std::string& profile = scene.atmosphere.profile;
-  return profile == "scratchapixel" || profile == "bruneton2008" ? profile : std::string();
+  return {};
 }
 
 bool replaces_profile(const Scene& scene) {
@@ -431,7 +458,9 @@ std::optional<SceneProblem> validate(const Scene& scene) {
   check_solver(scene, check);
   check_models(scene, check);
   check_budget(scene, check);
+  check_hoffman_preetham(scene.hoffman_preetham, check);
   check_output(scene.output, check);
+  check_camera(scene.camera, check);
   return check.take();
 }
 

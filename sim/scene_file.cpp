@@ -38,7 +38,7 @@ constexpr SceneKey kKeys[] = {
      "degrees east, -180..360"},
     {"observer.height_m", TWILIGHT_FIELD(observer.height_m),
      "metres above sea level (0 = on the ground), from -500 (then the ground lies there too): below "
-     "the top for cells, to 40000000 (orbit) for orders and monte-carlo"},
+     "the top for cells, to 40000000 (orbit) for orders, monte-carlo, nishita and bruneton"},
     {"observer.time", TWILIGHT_FIELD(observer.time),
      "offset date-time, as 2003-12-08T17:00:00+01:00"},
 
@@ -66,8 +66,9 @@ constexpr SceneKey kKeys[] = {
 
     {"atmosphere.profile", TWILIGHT_FIELD(atmosphere.profile),
      "us_standard, tropical, midlatitude_summer, midlatitude_winter, subarctic_summer, "
-     "subarctic_winter (AFGL), exponential (the paper's exp(-h/8 km)), scratchapixel, or "
-     "bruneton2008 (those models' air, haze and Earth, see [two_constituent_air])"},
+     "subarctic_winter (AFGL), exponential (the paper's exp(-h/8 km)), scratchapixel, "
+     "scratchapixel_code, or bruneton2008 (those models' air, haze and Earth, see "
+     "[two_constituent_air])"},
     {"atmosphere.top_km", TWILIGHT_FIELD(atmosphere.top_km),
      "top of the atmosphere, 1..120 km, 1..200 km for exponential"},
     {"atmosphere.layers", TWILIGHT_FIELD(atmosphere.layers),
@@ -218,16 +219,47 @@ constexpr SceneKey kKeys[] = {
      "cie-clear, cie-overcast: 0..1e6; auto: Preetham's of the turbidity, or Krochmann & Seidl's for "
      "overcast", "auto"},
 
+    {"nishita.converged", TWILIGHT_FIELD(nishita.converged),
+     "steps that converge to 1e-4 in place of the samples, true or false"},
+    {"nishita.view_samples", TWILIGHT_FIELD(nishita.view_samples),
+     "even segments of the view ray, 1..100000; 16: the lesson's"},
+    {"nishita.light_samples", TWILIGHT_FIELD(nishita.light_samples),
+     "even segments of each ray to the Sun, 1..100000; 8: the lesson's"},
+
+    {"hoffman_preetham.haze", TWILIGHT_FIELD(hoffman_preetham.haze),
+     "none, light haze, heavy haze, light fog, or heavy fog (their Table 1)"},
+    {"hoffman_preetham.haze_scattering_per_km",
+     TWILIGHT_FIELD(hoffman_preetham.haze_scattering_per_km),
+     "three values 0..100 per km at 650, 570 and 475 nm in place of the table's"},
+    {"hoffman_preetham.haze_absorption_per_km",
+     TWILIGHT_FIELD(hoffman_preetham.haze_absorption_per_km), "of the haze, grey, 0..100 per km"},
+    {"hoffman_preetham.asymmetry", TWILIGHT_FIELD(hoffman_preetham.asymmetry),
+     "their g, -1000..1000 (negative: forward); auto: the table's", "auto"},
+    {"hoffman_preetham.phase", TWILIGHT_FIELD(hoffman_preetham.phase),
+     "normalised (Henyey-Greenstein of the printed function's shape, bright towards the Sun), or "
+     "printed (to the letter)"},
+
     {"output.projection", TWILIGHT_FIELD(output.projection),
-     "fisheye, latlong, or octahedral"},
+     "fisheye, latlong, octahedral, or camera (see [camera])"},
     {"output.size", TWILIGHT_FIELD(output.size),
-     "height in pixels, 4..16384; a latlong map is twice as wide"},
+     "height in pixels, 4..16384; a latlong map is twice as wide, a camera's camera.aspect_ratio "
+     "times"},
     {"output.channels", TWILIGHT_FIELD(output.channels),
      "rgb, xyz, rgb+spectral, or xyz+spectral (the spectrum goes to a second file)"},
     {"output.colour_observer", TWILIGHT_FIELD(output.colour_observer),
      "cie1931 (2 degrees), or cie1964 (10 degrees, the paper)"},
     {"output.sun_disc", TWILIGHT_FIELD(output.sun_disc),
      "whether the Sun's disc is drawn, true or false"},
+
+    {"camera.azimuth_deg", TWILIGHT_FIELD(camera.azimuth_deg),
+     "where the camera looks, degrees clockwise from north, -360..360; auto: towards the Sun",
+     "auto"},
+    {"camera.elevation_deg", TWILIGHT_FIELD(camera.elevation_deg),
+     "above the horizon, -90..90 degrees"},
+    {"camera.field_of_view_deg", TWILIGHT_FIELD(camera.field_of_view_deg),
+     "from bottom to top, 0.1..170 degrees"},
+    {"camera.aspect_ratio", TWILIGHT_FIELD(camera.aspect_ratio),
+     "width over height, 0.2..5; pixels are square"},
 };
 // clang-format on
 

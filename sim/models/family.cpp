@@ -3,7 +3,9 @@
 #include <stdexcept>
 
 #include "sim/models/cie_sky.h"
+#include "sim/models/hoffman_preetham_sky.h"
 #include "sim/models/model_sky.h"
+#include "sim/models/nishita_sky.h"
 #include "sim/models/preetham_sky.h"
 
 namespace twilight {
@@ -13,6 +15,8 @@ std::unique_ptr<Sky> make_model_sky(const SceneModel& model, const RunControl& c
   const std::string& method = model.scene.solver.method;
   if (method == "preetham") return std::make_unique<PreethamSky>(model);
   if (method == "cie-clear" || method == "cie-overcast") return std::make_unique<CieSky>(model);
+  if (method == "nishita") return std::make_unique<NishitaSky>(model);
+  if (method == "hoffman-preetham") return std::make_unique<HoffmanPreethamSky>(model);
   throw std::invalid_argument(fmt::format("key 'solver.method' = \"{}\": is not a method", method));
 }
 
