@@ -106,6 +106,30 @@ double bruneton_vertical_texel(const BrunetonSphere& sphere, double radius_km, b
   return bruneton_mu_texel(sphere, radius_km, {ground ? -1.0 : 1.0, ground}, n);
 }
 
+BrunetonRay bruneton_continued_ray(const BrunetonSphere& sphere, double radius_km,
+                                   std::size_t texel, std::size_t n) {
+  constexpr double kSteepest = 4.0;
+  const double r = clamped_radius(sphere, radius_km), rho = sphere.rho_km(r), half = last(n / 2);
+  if (texel < n / 2) {
+    const double d = rho * (1.0 - static_cast<double>(texel) / half);
+    if (d <= 0) return {rho > 0 || texel + 1 == n / 2 ? -1.0 : 0.0, 0.0, true};
+    return {std::max(-(rho * rho + d * d) / (2.0 * r * d), -kSteepest), d, true};
+  }
+  const double horizon = sphere.horizon_km();
+  const double d = (rho + horizon) * static_cast<double>(texel - n / 2) / half;
+  if (d <= 0) return {1.0, 0.0, false};
+  return {std::min(((horizon - rho) * (horizon + rho) - d * d) / (2.0 * r * d), kSteepest), d,
+          false};
+}
+
+double bruneton_distance_texel(const BrunetonSphere& sphere, double radius_km, double distance_km,
+                               bool ground, std::size_t n) {
+  const double rho = sphere.rho_km(radius_km), half = last(n / 2);
+  const double longest = ground ? rho : rho + sphere.horizon_km();
+  const double x = longest > 0 ? std::clamp(distance_km / longest, 0.0, 1.0) : 0.0;
+  return ground ? (1.0 - x) * half : static_cast<double>(n / 2) + x * half;
+}
+
 std::array<double, 4> bruneton_texel(const BrunetonSphere& sphere, const BrunetonPoint& point,
                                      const BrunetonSize& size) {
   return {bruneton_r_texel(sphere, point.radius_km, size.r),

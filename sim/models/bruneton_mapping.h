@@ -86,6 +86,20 @@ BrunetonView bruneton_view(const BrunetonSphere& sphere, double radius_km, doubl
 double bruneton_vertical_texel(const BrunetonSphere& sphere, double radius_km, bool ground,
                                std::size_t n);
 
+/// A texel's view as the formulas continue it beyond the vertical, where |mu| > 1 and no view is:
+/// the same way d, r mu = (end^2 - r^2 - d^2) / (2 d). Tables filled so let linear interpolation
+/// hold up to the vertical itself, which lies between texels. mu is bounded (at d = 0) by +-4.
+struct BrunetonRay {
+  double mu = 1.0;
+  double distance_km = 0.0;
+  bool ground = false;
+};
+BrunetonRay bruneton_continued_ray(const BrunetonSphere& sphere, double radius_km,
+                                   std::size_t texel, std::size_t n);
+/// The texel of a way of that length to the ground or the air's top, also shorter than vertical.
+double bruneton_distance_texel(const BrunetonSphere& sphere, double radius_km, double distance_km,
+                               bool ground, std::size_t n);
+
 /// Whether a view from there meets the ground: r mu < 0 and r^2 mu^2 > rho^2.
 bool bruneton_meets_ground(const BrunetonSphere& sphere, double radius_km, double mu);
 /// The way to the ground or the air's top, km, d_o of Sec. 4; radius_km within the spheres.
