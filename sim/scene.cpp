@@ -362,6 +362,7 @@ void check_bruneton(const BrunetonOptions& options, Checker& check) {
                            "look at the ground",
                            fmt::join(options.scattering_size, ", ")));
   }
+  check.one_of("bruneton.sun_interpolation", options.sun_interpolation, {"linear", "cubic"});
   check.range("bruneton.view_samples", options.view_samples, 8, 512);
   check.range("bruneton.polar_directions", options.polar_directions, 4, 256);
   if (options.polar_directions % 2 != 0) {

@@ -1,6 +1,7 @@
 // Options of solver.method = "bruneton".
 #pragma once
 
+#include <string>
 #include <vector>
 
 namespace twilight {
@@ -15,6 +16,9 @@ struct BrunetonOptions {
   /// Keep the Mie term of one wavelength (that nearest 680 nm, their red) and take the others in
   /// proportion (Sec. 4 "Angular precision"): C_M ~ C_* (C_Mr / C_*r)(bR_r / bM_r)(bM / bR).
   bool proportional_mie = false;
+  /// Between the table's Suns at run time: "linear" (a texture's own filter, the paper's) or
+  /// "cubic", which the light of twilight, falling like an exponential, wants at 32 texels.
+  std::string sun_interpolation = "linear";
   /// Nodes of the quadrature along a view, twice as many where it dips and rises again: 8..512. 40:
   /// within 0.1 % of 80.
   int view_samples = 40;

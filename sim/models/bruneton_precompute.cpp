@@ -76,8 +76,8 @@ class Precomputation {
   void source_at(int order, std::size_t i, std::size_t l);
   void light_before(int order, std::size_t i, std::size_t l, const BrunetonDirections& to,
                     std::vector<float>& light) const;
-  void sky_before(int order, const TexelPair& r, const TexelPair& m, const TexelPair& s, double nu,
-                  std::span<double> out) const;
+  void sky_before(int order, const TexelPair& r, const TexelPair& m, const TexelStencil& s,
+                  double cosine, std::span<double> out) const;
   void ground_before(int order, double mu_s, std::span<double> out) const;
   void irradiance(int order);
   void gather();
@@ -172,20 +172,24 @@ void Precomputation::single_along(std::size_t i, std::size_t j) {
 // Radiance of the sky by the light of one order: the first from the terms kept apart, with their
 // phase functions.
 void Precomputation::sky_before(int order, const TexelPair& r, const TexelPair& m,
-                                const TexelPair& s, double cosine, std::span<double> out) const {
+                                const TexelStencil& s, double cosine, std::span<double> out) const {
   const TexelPair n = texel_pair(bruneton_nu_texel(cosine, size_.nu), size_.nu);
   const double rayleigh = bruneton_rayleigh_phase(cosine);
   std::ranges::fill(out, 0.0);
-  for (std::size_t corner = 0; corner < 16; ++corner) {
-    const std::size_t a = corner & 1, b = corner >> 1 & 1, c = corner >> 2 & 1, d = corner >> 3;
-    const double weight = (a ? r.share : 1 - r.share) * (b ? m.share : 1 - m.share) *
-                          (c ? s.share : 1 - s.share) * (d ? n.share : 1 - n.share);
+  std::vector<double> haze_phase(W_);
+  if (order == 1) {
+    for (std::size_t w = 0; w < W_; ++w) haze_phase[w] = t_.air.mie_phase(w, cosine);
+  }
+  for (std::size_t corner = 0; corner < 32; ++corner) {
+    const std::size_t a = corner & 1, b = corner >> 1 & 1, d = corner >> 2 & 1, c = corner >> 3;
+    const double weight = (a ? r.share : 1 - r.share) * (b ? m.share : 1 - m.share) * s.weight[c] *
+                          (d ? n.share : 1 - n.share);
     if (weight == 0) continue;
-    const std::size_t at = size_.index(r.low + a, m.low + b, s.low + c, n.low + d);
+    const std::size_t at = size_.index(r.low + a, m.low + b, s.first + c, n.low + d);
     if (order == 1) {
       const float *single = t_.rayleigh_and_multiple.at(at), *haze = t_.single_mie.at(at);
       for (std::size_t w = 0; w < W_; ++w) {
-        out[w] += weight * (rayleigh * single[w] + t_.air.mie_phase(w, cosine) * haze[w]);
+        out[w] += weight * (rayleigh * single[w] + haze_phase[w] * haze[w]);
       }
     } else {
       const float* light = scattered_.at(at);
@@ -203,16 +207,21 @@ void Precomputation::ground_before(int order, double cosine, std::span<double> o
     return;
   }
   const BrunetonPlaneSize& size = t_.irradiance_size;
-  const TexelPair s = texel_pair(bruneton_mu_s_texel(cosine, size.cosine), size.cosine);
-  const float* at = &delta_irradiance_[size.index(0, s.low) * W_];
-  for (std::size_t w = 0; w < W_; ++w) out[w] = (1 - s.share) * at[w] + s.share * at[w + W_];
+  const TexelStencil s = texel_stencil(bruneton_mu_s_texel(cosine, size.cosine), size.cosine, true);
+  std::ranges::fill(out, 0.0);
+  for (std::size_t c = 0; c < 4; ++c) {
+    if (s.weight[c] == 0) continue;
+    const float* at = &delta_irradiance_[size.index(0, s.first + c) * W_];
+    for (std::size_t w = 0; w < W_; ++w) out[w] += s.weight[c] * at[w];
+  }
 }
 
 void Precomputation::light_before(int order, std::size_t i, std::size_t l,
                                   const BrunetonDirections& to, std::vector<float>& light) const {
   const BrunetonSphere& sphere = t_.air.sphere();
   const double r = radius(i), sun = mu_s(l), sun_sine = std::sqrt(std::max(0.0, 1 - sun * sun));
-  const TexelPair at_r{i, 0.0}, at_sun{l, 0.0};
+  const TexelPair at_r{i, 0.0};
+  const TexelStencil at_sun{l, {1, 0, 0, 0}};
   std::vector<double> sky(W_), ground(W_);
   BrunetonAir::Columns columns;
   for (std::size_t p = 0; p < to.mu.size(); ++p) {
@@ -287,7 +296,8 @@ void Precomputation::irradiance(int order) {
     const double sun = bruneton_mu_s(static_cast<double>(k % size.cosine), size.cosine);
     const double sun_sine = std::sqrt(std::max(0.0, 1 - sun * sun));
     const TexelPair at_r = texel_pair(bruneton_r_texel(sphere, r, size_.r), size_.r);
-    const TexelPair at_sun = texel_pair(bruneton_mu_s_texel(sun, size_.mu_s), size_.mu_s);
+    const TexelStencil at_sun =
+        texel_stencil(bruneton_mu_s_texel(sun, size_.mu_s), size_.mu_s, true);
     std::vector<double> sky(W_), sum(W_, 0.0);
     // Upper hemisphere, crowding at the horizon.
     for (const GaussNode& g : gauss_legendre(options_.polar_directions / 2, 0, 1)) {
@@ -346,17 +356,20 @@ void Precomputation::gather_along(std::size_t i, std::size_t j) {
       }
       for (std::size_t l = 0; l < size_.mu_s; ++l) {
         const double cosine = std::clamp((r * mu_s(l) + d * nu(n)) / radius_k, -1.0, 1.0);
-        const TexelPair s = texel_pair(bruneton_mu_s_texel(cosine, size_.mu_s), size_.mu_s);
+        const TexelStencil s =
+            texel_stencil(bruneton_mu_s_texel(cosine, size_.mu_s), size_.mu_s, true);
         double* to = &sum[n * row_size + l * W_];
-        const float* from = &row[s.low * W_];
-        for (std::size_t w = 0; w < W_; ++w) {
-          to[w] += weight[w] * ((1 - s.share) * from[w] + s.share * from[w + W_]);
+        for (std::size_t c = 0; c < 4; ++c) {
+          if (s.weight[c] == 0) continue;
+          const float* from = &row[(s.first + c) * W_];
+          for (std::size_t w = 0; w < W_; ++w) to[w] += weight[w] * s.weight[c] * from[w];
         }
       }
     }
   }
   const std::size_t first = size_.index(i, j, 0, 0);
   float *delta = scattered_.at(first), *star = t_.rayleigh_and_multiple.at(first);
+  for (double& value : sum) value = std::max(0.0, value);  // cubics may undershoot
   for (std::size_t n = 0; n < size_.nu; ++n) {
     const double phase = bruneton_rayleigh_phase(nu(n));
     for (std::size_t q = n * row_size; q < (n + 1) * row_size; ++q) {
@@ -398,10 +411,10 @@ std::shared_ptr<const BrunetonTables> bruneton_precompute(const SceneModel& mode
       air, {count(options.transmittance_size[0]), count(options.transmittance_size[1])});
   const BrunetonPlaneSize irradiance{count(options.irradiance_size[0]),
                                      count(options.irradiance_size[1])};
-  auto tables = std::make_shared<BrunetonTables>(
-      BrunetonTables{std::move(air), std::move(transmittance), irradiance,
-                     std::vector<float>(irradiance.texels() * W), BrunetonScattering(size, W),
-                     BrunetonScattering(size, W), orders, -1});
+  auto tables = std::make_shared<BrunetonTables>(BrunetonTables{
+      std::move(air), std::move(transmittance), irradiance,
+      std::vector<float>(irradiance.texels() * W), BrunetonScattering(size, W),
+      BrunetonScattering(size, W), orders, -1, options.sun_interpolation == "cubic"});
   Precomputation(*tables, options, model.ground_albedo, control).run(orders);
   if (options.proportional_mie) keep_red_mie(*tables, model.medium.wavelength_nm);
   return tables;

@@ -14,6 +14,20 @@ TexelPair texel_pair(double texel, std::size_t n, std::size_t first) {
   return {first + low, x - static_cast<double>(low)};
 }
 
+TexelStencil texel_stencil(double texel, std::size_t n, bool cubic) {
+  if (!cubic || n < 4) {
+    const TexelPair pair = texel_pair(texel, n);
+    return {pair.low, {1 - pair.share, pair.share, 0, 0}};
+  }
+  const double x = std::clamp(texel, 0.0, static_cast<double>(n - 1));
+  const auto first =
+      static_cast<std::size_t>(std::clamp(std::floor(x) - 1, 0.0, static_cast<double>(n - 4)));
+  const double t = x - static_cast<double>(first);
+  return {first,
+          {-(t - 1) * (t - 2) * (t - 3) / 6, t * (t - 2) * (t - 3) / 2, -t * (t - 1) * (t - 3) / 2,
+           t * (t - 1) * (t - 2) / 6}};
+}
+
 TexelPair mu_texel_pair(double texel, std::size_t n, bool ground) {
   return texel_pair(texel, n / 2, ground ? 0 : n / 2);
 }
@@ -86,16 +100,17 @@ void BrunetonTables::inscatter(const BrunetonPoint& point, std::span<double> out
   const std::array<double, 4> texel = bruneton_texel(air.sphere(), point, size);
   const TexelPair r = texel_pair(texel[0], size.r);
   const TexelPair m = mu_texel_pair(texel[1], size.mu, point.view.ground);
-  const TexelPair s = texel_pair(texel[2], size.mu_s), n = texel_pair(texel[3], size.nu);
+  const TexelPair n = texel_pair(texel[3], size.nu);
+  const TexelStencil s = texel_stencil(texel[2], size.mu_s, cubic_sun);
   const std::size_t W = rayleigh_and_multiple.wavelengths(), mie_values = single_mie.wavelengths();
   std::vector<double> mie(mie_values, 0.0);
   std::ranges::fill(out, 0.0);
-  for (std::size_t corner = 0; corner < 16; ++corner) {
-    const std::size_t a = corner & 1, b = corner >> 1 & 1, c = corner >> 2 & 1, d = corner >> 3;
-    const double weight = (a ? r.share : 1 - r.share) * (b ? m.share : 1 - m.share) *
-                          (c ? s.share : 1 - s.share) * (d ? n.share : 1 - n.share);
+  for (std::size_t corner = 0; corner < 32; ++corner) {
+    const std::size_t a = corner & 1, b = corner >> 1 & 1, d = corner >> 2 & 1, c = corner >> 3;
+    const double weight = (a ? r.share : 1 - r.share) * (b ? m.share : 1 - m.share) * s.weight[c] *
+                          (d ? n.share : 1 - n.share);
     if (weight == 0) continue;
-    const std::size_t at = size.index(r.low + a, m.low + b, s.low + c, n.low + d);
+    const std::size_t at = size.index(r.low + a, m.low + b, s.first + c, n.low + d);
     const float* star = rayleigh_and_multiple.at(at);
     const float* single = single_mie.at(at);
     for (std::size_t w = 0; w < W; ++w) out[w] += weight * star[w];

@@ -19,6 +19,15 @@ struct TexelPair {
 };
 /// Of a real texel in [0, n - 1]; within [first, first + n) where an axis has parts.
 TexelPair texel_pair(double texel, std::size_t n, std::size_t first = 0);
+/// Up to four neighbouring texels and their weights, of either sign, which sum to 1; those beyond
+/// the axis have weight 0.
+struct TexelStencil {
+  std::size_t first = 0;
+  std::array<double, 4> weight{};
+};
+/// Linear (two texels), or cubic after Lagrange, one-sided at the ends; linear too where n < 4.
+TexelStencil texel_stencil(double texel, std::size_t n, bool cubic);
+
 /// Of the mu axis: never one texel from each half.
 TexelPair mu_texel_pair(double texel, std::size_t n, bool ground);
 
@@ -80,9 +89,12 @@ struct BrunetonTables {
   int orders = 1;
   /// Wavelength whose C_M alone is kept; -1: all. single_mie then has one value per texel.
   int mie_wavelength = -1;
+  /// How inscatter() interpolates between Suns, see BrunetonOptions::sun_interpolation.
+  bool cubic_sun = false;
 
   /// S(x, v, s), sr^-1: light scattered into the view between x and its end, per unit solar
-  /// irradiance. 16 texels of each table, 4-linear. Radius within the spheres; >= 0.
+  /// irradiance. 16 texels of each table, 4-linear (32 with
+  /// cubic_sun). Radius within the spheres; >= 0.
   void inscatter(const BrunetonPoint& point, std::span<double> out) const;
   /// E(x, s), the sky's part, dimensionless.
   void sky_irradiance(double radius_km, double mu_s, std::span<double> out) const;
