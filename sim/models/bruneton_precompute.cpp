@@ -21,7 +21,7 @@ namespace {
 using std::numbers::pi;
 
 // Sunlight in single scattering is read from a finer table than the one kept for the run time.
-constexpr BrunetonPlaneSize kFineTransmittance{256, 1024};
+constexpr BrunetonPlaneSize kFineTransmittance{128, 512};
 // Where haze scatters less than this share of the molecules' light, its second and further
 // scattering is left out.
 constexpr double kNegligibleHaze = 1e-6;
@@ -332,7 +332,9 @@ void Precomputation::gather_along(std::size_t i, std::size_t j) {
   const BrunetonPath path = bruneton_path(t_.air, r, ray, rule_);
   const std::size_t row_size = size_.mu_s * W_;
   std::vector<float> row(row_size);
-  std::vector<double> sum(size_.nu * row_size, 0.0), weight(W_);
+  std::vector<double> sum(size_.nu * row_size, 0.0), weight(W_), by_sun(size_.mu_s);
+  const std::size_t cubic = size_.mu_s < 4 ? 2 : 4;
+  const double suns = static_cast<double>(size_.mu_s - 1) / -std::expm1(-3.6);
   for (std::size_t k = 0; k < path.nodes(); ++k) {
     const double d = path.distance_km[k], radius_k = path.radius_km[k];
     const TexelPair a = texel_pair(bruneton_r_texel(sphere, radius_k, size_.r), size_.r);
@@ -346,6 +348,9 @@ void Precomputation::gather_along(std::size_t i, std::size_t j) {
     for (std::size_t w = 0; w < W_; ++w) {
       weight[w] = path.rayleigh[k * W_ + w] + path.mie[k * W_ + w];
     }
+    for (std::size_t l = 0; l < size_.mu_s; ++l) {
+      by_sun[l] = std::exp(-3 * r * mu_s(l) / radius_k - 0.6);
+    }
     for (std::size_t n = 0; n < size_.nu; ++n) {
       const float* s00 = source_.at(size_.index(a.low, m.low, 0, n));
       const float* s01 = source_.at(size_.index(a.low, m.low + 1, 0, n));
@@ -354,15 +359,17 @@ void Precomputation::gather_along(std::size_t i, std::size_t j) {
       for (std::size_t q = 0; q < row_size; ++q) {
         row[q] = f00 * s00[q] + f01 * s01[q] + f10 * s10[q] + f11 * s11[q];
       }
+      // u_mus of the Sun at this node, whose exponential is a product over Sun and angle.
+      const double by_angle = std::exp(-3 * d * nu(n) / radius_k);
       for (std::size_t l = 0; l < size_.mu_s; ++l) {
-        const double cosine = std::clamp((r * mu_s(l) + d * nu(n)) / radius_k, -1.0, 1.0);
-        const TexelStencil s =
-            texel_stencil(bruneton_mu_s_texel(cosine, size_.mu_s), size_.mu_s, true);
+        const double u = (1 - by_sun[l] * by_angle) * suns;
+        const TexelStencil s = texel_stencil(u, size_.mu_s, true);
         double* to = &sum[n * row_size + l * W_];
-        for (std::size_t c = 0; c < 4; ++c) {
-          if (s.weight[c] == 0) continue;
-          const float* from = &row[(s.first + c) * W_];
-          for (std::size_t w = 0; w < W_; ++w) to[w] += weight[w] * s.weight[c] * from[w];
+        const float* from = &row[s.first * W_];
+        for (std::size_t w = 0; w < W_; ++w) {
+          double light = 0;
+          for (std::size_t c = 0; c < cubic; ++c) light += s.weight[c] * from[c * W_ + w];
+          to[w] += weight[w] * light;
         }
       }
     }

@@ -8,26 +8,6 @@
 
 namespace twilight {
 
-TexelPair texel_pair(double texel, std::size_t n, std::size_t first) {
-  const double x = std::clamp(texel - static_cast<double>(first), 0.0, static_cast<double>(n - 1));
-  const std::size_t low = std::min(static_cast<std::size_t>(x), n - 2);
-  return {first + low, x - static_cast<double>(low)};
-}
-
-TexelStencil texel_stencil(double texel, std::size_t n, bool cubic) {
-  if (!cubic || n < 4) {
-    const TexelPair pair = texel_pair(texel, n);
-    return {pair.low, {1 - pair.share, pair.share, 0, 0}};
-  }
-  const double x = std::clamp(texel, 0.0, static_cast<double>(n - 1));
-  const auto first =
-      static_cast<std::size_t>(std::clamp(std::floor(x) - 1, 0.0, static_cast<double>(n - 4)));
-  const double t = x - static_cast<double>(first);
-  return {first,
-          {-(t - 1) * (t - 2) * (t - 3) / 6, t * (t - 2) * (t - 3) / 2, -t * (t - 1) * (t - 3) / 2,
-           t * (t - 1) * (t - 2) / 6}};
-}
-
 TexelPair mu_texel_pair(double texel, std::size_t n, bool ground) {
   return texel_pair(texel, n / 2, ground ? 0 : n / 2);
 }

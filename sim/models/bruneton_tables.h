@@ -1,6 +1,7 @@
 // The tables of Bruneton & Neyret (2008) and their few look-ups.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <span>
@@ -18,7 +19,11 @@ struct TexelPair {
   double share = 0.0;
 };
 /// Of a real texel in [0, n - 1]; within [first, first + n) where an axis has parts.
-TexelPair texel_pair(double texel, std::size_t n, std::size_t first = 0);
+inline TexelPair texel_pair(double texel, std::size_t n, std::size_t first = 0) {
+  const double x = std::clamp(texel - static_cast<double>(first), 0.0, static_cast<double>(n - 1));
+  const std::size_t low = std::min(static_cast<std::size_t>(x), n - 2);
+  return {first + low, x - static_cast<double>(low)};
+}
 /// Up to four neighbouring texels and their weights, of either sign, which sum to 1; those beyond
 /// the axis have weight 0.
 struct TexelStencil {
@@ -26,7 +31,14 @@ struct TexelStencil {
   std::array<double, 4> weight{};
 };
 /// Linear (two texels), or cubic after Lagrange, one-sided at the ends; linear too where n < 4.
-TexelStencil texel_stencil(double texel, std::size_t n, bool cubic);
+inline TexelStencil texel_stencil(double texel, std::size_t n, bool cubic) {
+  const TexelPair pair = texel_pair(texel, n);
+  if (!cubic || n < 4) return {pair.low, {1 - pair.share, pair.share, 0, 0}};
+  const std::size_t first = std::min(pair.low > 0 ? pair.low - 1 : 0, n - 4);
+  const double t = pair.share + static_cast<double>(pair.low - first);
+  const double t1 = t - 1, t2 = t - 2, t3 = t - 3;
+  return {first, {-t1 * t2 * t3 / 6, t * t2 * t3 / 2, -t * t1 * t3 / 2, t * t1 * t2 / 6}};
+}
 
 /// Of the mu axis: never one texel from each half.
 TexelPair mu_texel_pair(double texel, std::size_t n, bool ground);
