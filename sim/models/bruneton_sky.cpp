@@ -42,7 +42,8 @@ BrunetonSky::BrunetonSky(const SceneModel& model, std::shared_ptr<const Bruneton
 }
 
 void BrunetonSky::place_sun() {
-  const double lowest_deg = std::asin(kBrunetonLowestMuS) * kDegPerRad;
+  // -11.53: mu_s = -0.2, rounded into the table.
+  const double lowest_deg = std::ceil(100 * std::asin(kBrunetonLowestMuS) * kDegPerRad) / 100;
   const double given_deg = model_.sun_elevation_rad * kDegPerRad;
   model_.sun_elevation_rad =
       within_model_range(model_, "sun.elevation_deg", given_deg, lowest_deg, 90.0, summary_) /
