@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <stdexcept>
 
 namespace twilight {
@@ -35,6 +36,15 @@ void read_attributes(const Imf::Header& header, StoredMap& map) {
         // Another program's word: the caller has to know.
       }
     }
+  }
+  if (map.image.projection && map.image.projection->kind == Projection::kCamera) {
+    constexpr double kRadPerDeg = std::numbers::pi / 180;
+    CameraView camera;
+    camera.azimuth_rad = kRadPerDeg * map.numbers["cameraAzimuth"];
+    camera.elevation_rad = kRadPerDeg * map.numbers["cameraElevation"];
+    camera.field_of_view_rad = kRadPerDeg * map.numbers["cameraFieldOfView"];
+    camera.aspect_ratio = static_cast<double>(map.image.width) / map.image.height;
+    map.image.projection = camera;
   }
   if (Imf::hasWhiteLuminance(header)) {
     map.white_luminance_cd_m2 = static_cast<double>(Imf::whiteLuminance(header));
@@ -64,10 +74,10 @@ StoredMap read_exr_map(const std::filesystem::path& path) {
       throw std::invalid_argument(
           fmt::format("{}: must have the channels R, G, B or X, Y, Z", name));
     }
-    read_attributes(header, map);
     const auto window = header.dataWindow();
     map.image.width = window.max.x - window.min.x + 1;
     map.image.height = window.max.y - window.min.y + 1;
+    read_attributes(header, map);
     const auto width = static_cast<std::size_t>(map.image.width);
     map.image.pixels.resize(3 * width * static_cast<std::size_t>(map.image.height));
     Imf::FrameBuffer frame;

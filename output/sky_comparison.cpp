@@ -66,11 +66,11 @@ StoredMap image_of(const ComparisonOptions& options, const std::string& path) {
     throw std::invalid_argument(fmt::format(
         "{}: says no projection of ours: give --projection fisheye, latlong or octahedral", path));
   }
-  const Projection projection = *map.image.projection;
+  const MapProjection& projection = *map.image.projection;
   const int size = map.image.height;
   if (map_width(projection, size) != map.image.width) {
     throw std::invalid_argument(fmt::format("{}: is {} x {} pixels: a {} map is {} x {}", path,
-                                            map.image.width, size, projection_name(projection),
+                                            map.image.width, size, projection_name(projection.kind),
                                             map_width(projection, size), size));
   }
   return map;

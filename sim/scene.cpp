@@ -1,6 +1,7 @@
 #include "sim/scene.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -334,6 +335,43 @@ void check_solver(const Scene& scene, Checker& check) {
   check.range("solver.threads", solver.threads, 0, 1024);
 }
 
+void check_table_size(std::string_view key, const std::vector<double>& size,
+                      std::initializer_list<double> least, double most, Checker& check) {
+  const auto fits = [&](std::size_t k) {
+    return size[k] >= std::data(least)[k] && size[k] <= most && size[k] == std::floor(size[k]);
+  };
+  bool valid = size.size() == least.size();
+  double texels = 1;
+  for (std::size_t k = 0; valid && k < size.size(); ++k) {
+    valid = fits(k);
+    texels *= size[k];
+  }
+  if (valid && texels <= 67108864) return;
+  check.fail(key, fmt::format("= [{}]: must be {} whole numbers {}..{}, their product at most "
+                              "67108864",
+                              fmt::join(size, ", "), least.size(), *least.begin(), most));
+}
+
+void check_bruneton(const BrunetonOptions& options, Checker& check) {
+  check_table_size("bruneton.scattering_size", options.scattering_size, {2, 4, 2, 2}, 512, check);
+  check_table_size("bruneton.transmittance_size", options.transmittance_size, {2, 2}, 4096, check);
+  check_table_size("bruneton.irradiance_size", options.irradiance_size, {2, 2}, 4096, check);
+  if (!check.failed() && std::fmod(options.scattering_size[1], 2) != 0) {
+    check.fail("bruneton.scattering_size",
+               fmt::format("= [{}]: the second, of view angles, must be even, 4..512: half of them "
+                           "look at the ground",
+                           fmt::join(options.scattering_size, ", ")));
+  }
+  check.one_of("bruneton.sun_interpolation", options.sun_interpolation, {"linear", "cubic"});
+  check.range("bruneton.view_samples", options.view_samples, 8, 512);
+  check.range("bruneton.polar_directions", options.polar_directions, 4, 256);
+  if (options.polar_directions % 2 != 0) {
+    check.fail("bruneton.polar_directions",
+               fmt::format("= {}: must be even, 4..256", options.polar_directions));
+  }
+  check.range("bruneton.azimuth_directions", options.azimuth_directions, 4, 256);
+}
+
 void check_models(const Scene& scene, Checker& check) {
   const ModelOptions& models = scene.models;
   check.one_of("models.air", models.air, {"published", "scene"});
@@ -356,6 +394,7 @@ void check_models(const Scene& scene, Checker& check) {
   check.range("cie.zenith_luminance_cd_m2", scene.cie.zenith_luminance_cd_m2, 0.0, 1e6);
   check.range("nishita.view_samples", scene.nishita.view_samples, 1, 100000);
   check.range("nishita.light_samples", scene.nishita.light_samples, 1, 100000);
+  check_bruneton(scene.bruneton, check);
   if (solves_transfer(scene)) return;
   if (scene.budget.max_relative_error || scene.budget.max_seconds) {
     check.fail("solver.method",

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "sim/models/bruneton_options.h"
 #include "sim/models/hoffman_preetham_options.h"
 #include "sim/models/model_options.h"
 #include "sim/models/nishita_options.h"
@@ -110,7 +111,8 @@ struct SolverOptions {
   std::string method = "cells";
   int azimuth_divisions = 120;  ///< S, even, 4..360; 120 = the paper's 3 degrees
   /// Scattering events followed, 1..500. Unset: 8 for "cells"; for "orders" until the rest is
-  /// below order_tolerance; for "monte-carlo" until roulette ends the path.
+  /// below order_tolerance; for "monte-carlo" until roulette ends the path; 5 for "bruneton", with
+  /// which its authors give their times.
   std::optional<int> scattering_orders;
   int active_shell_stride = 4;  ///< 1..32; 1 = every shell exchanges
   /// "quadrature": an active shell carries the weight of the passive ones it
@@ -202,6 +204,7 @@ struct Scene {
   CieOptions cie;
   NishitaOptions nishita;
   HoffmanPreethamOptions hoffman_preetham;
+  BrunetonOptions bruneton;
   OutputOptions output;
   CameraOptions camera;
 };

@@ -129,7 +129,7 @@ constexpr SceneKey kKeys[] = {
      "cells: around a ring, even, 4..360; 120 = 3 degrees"},
     {"solver.scattering_orders", TWILIGHT_FIELD(solver.scattering_orders),
      "scattering events followed, 1..500; auto: 8 for cells, until order_tolerance for orders, "
-     "until roulette ends the path for monte-carlo", "auto"},
+     "until roulette ends the path for monte-carlo, 5 for bruneton", "auto"},
     {"solver.active_shell_stride", TWILIGHT_FIELD(solver.active_shell_stride),
      "cells: every n-th shell exchanges light, 1..32"},
     {"solver.active_shell_weighting", TWILIGHT_FIELD(solver.active_shell_weighting),
@@ -238,6 +238,24 @@ constexpr SceneKey kKeys[] = {
     {"hoffman_preetham.phase", TWILIGHT_FIELD(hoffman_preetham.phase),
      "normalised (Henyey-Greenstein of the printed function's shape, bright towards the Sun), or "
      "printed (to the letter)"},
+    {"bruneton.scattering_size", TWILIGHT_FIELD(bruneton.scattering_size),
+     "texels of the scattering table along radius, view zenith angle (even), solar zenith angle and "
+     "the angle between; each 2..512"},
+    {"bruneton.transmittance_size", TWILIGHT_FIELD(bruneton.transmittance_size),
+     "texels of the transmittance table along radius and zenith angle, each 2..4096"},
+    {"bruneton.irradiance_size", TWILIGHT_FIELD(bruneton.irradiance_size),
+     "texels of the irradiance table along radius and solar zenith angle, each 2..4096"},
+    {"bruneton.proportional_mie", TWILIGHT_FIELD(bruneton.proportional_mie),
+     "keep single Mie scattering at the wavelength nearest 680 nm and take the others in "
+     "proportion (the paper's four values), true or false"},
+    {"bruneton.sun_interpolation", TWILIGHT_FIELD(bruneton.sun_interpolation),
+     "between the table's Suns at run time: linear (the paper), or cubic (better below the horizon)"},
+    {"bruneton.view_samples", TWILIGHT_FIELD(bruneton.view_samples),
+     "nodes along a view in the precomputation, 8..512"},
+    {"bruneton.polar_directions", TWILIGHT_FIELD(bruneton.polar_directions),
+     "zenith angles of arriving light in the precomputation, even, 4..256"},
+    {"bruneton.azimuth_directions", TWILIGHT_FIELD(bruneton.azimuth_directions),
+     "its azimuths over half a turn, 4..256"},
 
     {"output.projection", TWILIGHT_FIELD(output.projection),
      "fisheye, latlong, octahedral, or camera (see [camera])"},

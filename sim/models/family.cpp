@@ -2,6 +2,7 @@
 
 #include <stdexcept>
 
+#include "sim/models/bruneton_sky.h"
 #include "sim/models/cie_sky.h"
 #include "sim/models/hoffman_preetham_sky.h"
 #include "sim/models/model_sky.h"
@@ -17,6 +18,7 @@ std::unique_ptr<Sky> make_model_sky(const SceneModel& model, const RunControl& c
   if (method == "cie-clear" || method == "cie-overcast") return std::make_unique<CieSky>(model);
   if (method == "nishita") return std::make_unique<NishitaSky>(model);
   if (method == "hoffman-preetham") return std::make_unique<HoffmanPreethamSky>(model);
+  if (method == "bruneton") return std::make_unique<BrunetonSky>(model, control);
   throw std::invalid_argument(fmt::format("key 'solver.method' = \"{}\": is not a method", method));
 }
 
