@@ -64,8 +64,9 @@ class RayPacker {
     std::vector<double> transmittance(L_, 1.0);
     for (std::size_t k = 0; k < ray.pieces.size(); ++k) {
       const PathPiece& piece = ray.pieces[k];
-      const int steps = std::max(1, static_cast<int>(std::ceil(single_scattering_steps(
-                                        guide != nullptr ? guide->pieces[k] : piece))));
+      const int steps = std::max(
+          1, static_cast<int>(std::ceil(single_scattering_steps(
+                 guide != nullptr ? guide->pieces[k] : piece, air_.single_step_km[piece.layer]))));
       const double length = piece.length_km / steps;
       const std::size_t layer = piece.layer;
       const double* extinction = &air_.optics.optics.extinction_per_km[layer * L_];

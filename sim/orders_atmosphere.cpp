@@ -74,6 +74,28 @@ SolvedAtmosphere::SolvedAtmosphere(const SceneModel& model,
   control.check();
 }
 
+namespace {
+
+// Boundaries at which haze ends or changes by half, where it dims level sunlight at all.
+std::vector<double> haze_edges_km(const Medium& medium) {
+  constexpr double kDims_per_km = 1e-4, kAbrupt = 1.5;
+  const std::size_t w = medium.wavelengths() / 2;
+  const auto haze = [&](std::size_t i) {
+    return medium.aerosol_scattering_per_km(i, w) + medium.aerosol_absorption_per_km(i, w);
+  };
+  std::vector<double> edges;
+  for (std::size_t i = 0; i + 1 < medium.layers(); ++i) {
+    const double below = haze(i), above = haze(i + 1);
+    if (std::abs(below - above) > kDims_per_km &&
+        std::max(below, above) > kAbrupt * std::min(below, above)) {
+      edges.push_back(medium.boundary_km[i + 1]);
+    }
+  }
+  return edges;
+}
+
+}  // namespace
+
 OrdersAtmosphere::OrdersAtmosphere(const SceneModel& model,
                                    std::shared_ptr<const OrdersField> given,
                                    const RunControl& control, RunSummary& summary)
@@ -85,7 +107,8 @@ OrdersAtmosphere::OrdersAtmosphere(const SceneModel& model,
   constexpr double kDiscAndSpare_rad = 0.03;
   sunlit = std::make_unique<SunlitAir>(
       *sunlight, options, medium.wavelength_nm, medium.top_km(), options.sunlight_nodes / 2, 0.0,
-      std::min(std::numbers::pi, sunlight->shadow_zenith_rad(medium.top_km()) + kDiscAndSpare_rad));
+      std::min(std::numbers::pi, sunlight->shadow_zenith_rad(medium.top_km()) + kDiscAndSpare_rad),
+      haze_edges_km(medium));
   phase = std::make_unique<PhaseTable>(kinds, optics, options, false);
   truncated_phase = std::make_unique<PhaseTable>(kinds, optics, options, true);
   for (std::size_t w = 0; w < W;) {
@@ -101,6 +124,15 @@ OrdersAtmosphere::OrdersAtmosphere(const SceneModel& model,
   const std::size_t layers = medium.layers(), K = kind_count();
   air_per_km.assign(layers * lanes(), 0.0F);
   kind_per_km.assign(layers * K * lanes(), 0.0F);
+  constexpr double kClearStep_km = 0.5, kHazeStep_km = 0.05, kHazeStepDepth = 0.0001;
+  for (std::size_t i = 0; i < layers; ++i) {
+    double haze_per_km = 1e-9;
+    for (std::size_t w = 0; w < W; ++w) {
+      haze_per_km = std::max(haze_per_km, medium.aerosol_scattering_per_km(i, w) +
+                                              medium.aerosol_absorption_per_km(i, w));
+    }
+    single_step_km.push_back(std::clamp(kHazeStepDepth / haze_per_km, kHazeStep_km, kClearStep_km));
+  }
   for (std::size_t i = 0; i < layers; ++i) {
     for (std::size_t w = 0; w < W; ++w) {
       air_per_km[i * lanes() + w] = static_cast<float>(medium.air_scattering_per_km(i, w));

@@ -71,6 +71,9 @@ class OrdersAtmosphere : public SolvedAtmosphere {
   std::size_t middle_colour = 0;
   /// Scattering coefficients, [layer][lane] and [layer][kind][lane].
   std::vector<float> air_per_km, kind_per_km;
+  /// Altitude step of single scattering, km, [layer]: half a kilometre in clear air, down to 0.1 in
+  /// haze, whose level sunlight changes within it when the Sun is low.
+  std::vector<double> single_step_km;
   /// The field relative to its trace ([level][node][4 or moment][lane]), the trace on ZenithGrid's
   /// fine scale ([level][fine][lane]) and the ground's diffuse irradiance on it ([fine][lane]).
   std::vector<float> coherency, moments, reference, ground;

@@ -15,13 +15,13 @@ namespace {
 using std::numbers::pi;
 constexpr double kRadPerDeg = pi / 180;
 constexpr double kFine_rad = ZenithGrid::kFineStep_deg * kRadPerDeg;
-constexpr double kSingleStep_rad = 0.1 * kRadPerDeg, kSingleStep_km = 0.5;
+constexpr double kSingleStep_rad = 0.1 * kRadPerDeg;
 
 }  // namespace
 
-double single_scattering_steps(const PathPiece& piece) {
+double single_scattering_steps(const PathPiece& piece, double step_km) {
   return std::max(std::abs(piece.end_angle_rad - piece.start_angle_rad) / kSingleStep_rad,
-                  std::abs(piece.end_altitude_km - piece.start_altitude_km) / kSingleStep_km);
+                  std::abs(piece.end_altitude_km - piece.start_altitude_km) / step_km);
 }
 
 OrdersGather::OrdersGather(const OrdersAtmosphere& atmosphere, double solar_zenith_rad,
@@ -53,7 +53,8 @@ void OrdersGather::add_single(const RayPath& ray, double azimuth, Light light,
   std::vector<double> transmittance(lanes_, 1.0);
   std::vector<float> beam(lanes_), p11(lanes_), p12(lanes_), aerosol_i(lanes_), aerosol_q(lanes_);
   for (const PathPiece& piece : ray.pieces) {
-    const int steps = std::max(1, static_cast<int>(std::ceil(single_scattering_steps(piece))));
+    const int steps = std::max(1, static_cast<int>(std::ceil(single_scattering_steps(
+                                      piece, air_.single_step_km[piece.layer]))));
     const double length = piece.length_km / steps;
     const double* extinction = &optics.extinction_per_km[piece.layer * lanes_];
     for (int k = 0; k < steps; ++k) {

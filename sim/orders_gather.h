@@ -12,8 +12,9 @@
 namespace twilight {
 
 /// Steps that single scattering takes through a piece of a ray, 1 where the Earth's shadow moves
-/// 0.1 degrees of zenith angle or the altitude half a kilometre: sunlight changes by a few percent.
-double single_scattering_steps(const PathPiece& piece);
+/// 0.1 degrees of zenith angle or the altitude step_km (OrdersAtmosphere::single_step_km): sunlight
+/// changes by a few percent.
+double single_scattering_steps(const PathPiece& piece, double step_km);
 
 /// The light of one Sun seen along refracted rays: single scattering with the full phase functions
 /// marched along the ray, multiple scattering from the field (the correction of first order of

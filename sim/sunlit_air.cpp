@@ -14,12 +14,15 @@ namespace {
 
 constexpr double kRadPerDeg = std::numbers::pi / 180;
 constexpr double kFine_rad = ZenithGrid::kFineStep_deg * kRadPerDeg;
+// Level paths from near a sharp edge lengthen as the root of the distance from it.
+constexpr double kBesideEdge_km[] = {0.001, 0.008, 0.025, 0.06, 0.11};
+constexpr double kSameRow_km = 1e-5;
 
 }  // namespace
 
 SunlitAir::SunlitAir(const DirectSunlight& sunlight, const OrdersOptions& options,
                      std::span<const double> wavelength_nm, double top_km, int rows,
-                     double from_rad, double to_rad)
+                     double from_rad, double to_rad, std::span<const double> edges_km)
     : lanes_(sunlight.lanes()), top_km_(top_km) {
   const double last = std::numbers::pi / kFine_rad;
   first_ = static_cast<std::size_t>(std::clamp(std::floor(from_rad / kFine_rad) - 2, 0.0, last));
@@ -27,15 +30,27 @@ SunlitAir::SunlitAir(const DirectSunlight& sunlight, const OrdersOptions& option
       static_cast<std::size_t>(std::clamp(std::ceil(to_rad / kFine_rad) + 3, 0.0, last + 1));
   count_ = std::max<std::size_t>(2, end + 1 - first_);
   first_ = std::min(first_, ZenithGrid::kFineSize - count_);
-  const auto n = static_cast<std::size_t>(rows);
-  altitude_km_.resize(n);
+  for (int i = 0; i < rows; ++i) {
+    const double v = static_cast<double>(i) / (rows - 1);
+    altitude_km_.push_back(top_km * v * v);
+  }
+  for (const double edge : edges_km) {
+    for (const double beside : kBesideEdge_km) {
+      for (const double z : {edge - beside, edge + beside}) {
+        if (z > 0 && z < top_km) altitude_km_.push_back(z);
+      }
+    }
+  }
+  std::ranges::sort(altitude_km_);
+  const auto repeated =
+      std::ranges::unique(altitude_km_, [](double a, double b) { return b - a < kSameRow_km; });
+  altitude_km_.erase(repeated.begin(), repeated.end());
+  const std::size_t n = altitude_km_.size();
   shadow_rad_.resize(n);
   logarithm_.assign(n * count_ * lanes_, kNight);
   bending_.assign(n * count_, 0.0F);
   const BeamRows beams(sunlight, options, wavelength_nm);
   tbb::parallel_for(std::size_t{0}, n, [&](std::size_t i) {
-    const double v = static_cast<double>(i) / static_cast<double>(n - 1);
-    altitude_km_[i] = top_km * v * v;
     shadow_rad_[i] = sunlight.shadow_zenith_rad(altitude_km_[i]);
     std::vector<float> row(ZenithGrid::kFineSize * lanes_);
     beams.row(altitude_km_[i], row);
@@ -56,8 +71,9 @@ double SunlitAir::step_rad() { return kFine_rad; }
 SunlitAir::Place SunlitAir::place(double altitude_km) const {
   const std::size_t n = altitude_km_.size();
   const double z = std::clamp(altitude_km, 0.0, top_km_);
-  const double v = std::sqrt(z / top_km_) * static_cast<double>(n - 1);
-  const auto i = std::min(static_cast<std::size_t>(v), n - 2);
+  const auto above = std::ranges::upper_bound(altitude_km_, z) - altitude_km_.begin();
+  const auto i = static_cast<std::size_t>(
+      std::clamp<std::ptrdiff_t>(above - 1, 0, static_cast<std::ptrdiff_t>(n) - 2));
   Place place;
   place.row = i;
   place.per_km = 1 / (altitude_km_[i + 1] - altitude_km_[i]);

@@ -14,10 +14,12 @@ namespace twilight {
 /// distance from the Earth's shadow where the Sun is low, so that its edge stays sharp.
 class SunlitAir {
  public:
-  /// Covers solar zenith angles from_rad..to_rad. `rows` altitudes, denser below.
+  /// Covers solar zenith angles from_rad..to_rad. `rows` altitudes, denser below, and five on
+  /// either side of each of edges_km (0..top), where the air changes abruptly and level sunlight
+  /// with it.
   SunlitAir(const DirectSunlight& sunlight, const OrdersOptions& options,
             std::span<const double> wavelength_nm, double top_km, int rows, double from_rad,
-            double to_rad);
+            double to_rad, std::span<const double> edges_km = {});
 
   /// beam[lane]; false (beam untouched) where all is dark.
   bool beam(double altitude_km, double solar_zenith_rad, float* beam) const;

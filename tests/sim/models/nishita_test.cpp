@@ -138,16 +138,21 @@ TEST(NishitaAgainstOrders, AgreesInTheScenesAir) {
 }
 
 // With layers of aerosol, as Henyey-Greenstein, whose truncated part vanishes at degree 64 (that of
-// Mie's forward peaks does not). Near the horizon under a low Sun "orders" is off by up to 2.6 %,
-// where its table of sunlight interpolates over the aerosol's edges:
-// Nishita.ConvergedIsTheIntegralInLayers looks at the two worst of these.
+// Mie's forward peaks does not). Where level sunlight skims the haze's sharp top, "orders"
+// interpolates a table across a kink: the view 1 degree up away from a Sun at the horizon sees it,
+// off by 1.5 %; Nishita.ConvergedIsTheIntegralInLayers tells which of the two is right.
 TEST(NishitaAgainstOrders, AgreesInTheScenesAerosol) {
   Scene scene = nishita_scene(0.0);
   scene.models.air = "scene";
   scene.aerosols.type = "continental_average";
   scene.aerosols.phase = "henyey-greenstein";
-  const std::vector<ViewDirection> views = {{30 * kRad, 0}, {30 * kRad, 2}, {90 * kRad, 0}};
-  EXPECT_LT(from_first_order(scene, std::span(kSuns).first(3), views).largest, 2e-3);
+  EXPECT_LT(from_first_order(scene, std::span(kSuns).first(3), some_views()).largest, 2e-3);
+  const auto horizon = std::span(kSuns).subspan(3, 1);
+  std::vector<ViewDirection> views = some_views();
+  const auto skimmed = views.begin() + 2;
+  EXPECT_LT(from_first_order(scene, horizon, {*skimmed}).largest, 2e-2);
+  views.erase(skimmed);
+  EXPECT_LT(from_first_order(scene, horizon, views).largest, 2e-3);
 }
 
 // --- The lesson's own numbers ---
