@@ -19,8 +19,8 @@ struct BrunetonOptions {
   /// Between the table's Suns at run time: "linear" (a texture's own filter, the paper's) or
   /// "cubic", which the light of twilight, falling like an exponential, wants at 32 texels.
   std::string sun_interpolation = "linear";
-  /// Nodes of the quadrature along a view, twice as many where it dips and rises again: 8..512. 40:
-  /// within 0.1 % of 80.
+  /// Nodes of the quadrature along a view, twice as many where it dips and rises again: 8..512.
+  /// 80 change no view by more than 0.02 %.
   int view_samples = 40;
   /// Directions of the light that is scattered again, in zenith angle (half of them below the
   /// horizon, even) and over half a turn of azimuth: 4..256. A sharper aerosol wants more.

@@ -97,16 +97,18 @@ void BrunetonTables::inscatter(const BrunetonPoint& point, std::span<double> out
     for (std::size_t w = 0; w < mie_values; ++w) mie[w] += weight * single[w];
   }
   const double rayleigh = bruneton_rayleigh_phase(point.nu);
-  const auto kept = static_cast<std::size_t>(std::max(0, mie_wavelength));
-  // C_* of the wavelength kept, before the loop below overwrites it.
-  const double star_kept = out[kept];
+  // The proportionality rule of Sec. 4, from the wavelength kept.
+  const std::span<const double> molecules = air.ground_rayleigh(), hazes = air.ground_mie();
+  double proportion = 0;
+  if (mie_wavelength >= 0) {
+    const auto kept = static_cast<std::size_t>(mie_wavelength);
+    if (out[kept] > 0 && hazes[kept] > 0) {
+      proportion = mie[0] / out[kept] * molecules[kept] / hazes[kept];
+    }
+  }
   for (std::size_t w = 0; w < W; ++w) {
     double haze = mie_wavelength < 0 ? mie[w] : 0.0;
-    if (mie_wavelength >= 0 && star_kept > 0 && air.ground_mie()[kept] > 0) {
-      const auto red = air.ground_rayleigh(), red_mie = air.ground_mie();
-      haze = std::max(0.0, out[w]) * mie[0] / star_kept * (red[kept] / red_mie[kept]) *
-             (red_mie[w] / red[w]);
-    }
+    if (proportion > 0 && molecules[w] > 0) haze = out[w] * proportion * hazes[w] / molecules[w];
     out[w] = std::max(0.0, rayleigh * out[w] + air.mie_phase(w, point.nu) * std::max(0.0, haze));
   }
 }
