@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "output/sky_fit.h"
 #include "output/tradeoff.h"
 #include "sim/sky.h"
 
@@ -28,7 +29,8 @@ enum class Command {
   kOptics,
   kSolve,
   kTradeoff,
-  kTradeoffRung
+  kTradeoffRung,
+  kFit
 };
 
 /// A view as the user gave it, in degrees.
@@ -54,6 +56,10 @@ struct CommandLine {
   std::optional<std::filesystem::path> views_file;
   /// tradeoff; its scene and overrides are those above.
   TradeoffOptions tradeoff;
+  /// fit: form and quantity, the Suns of a study that names none, and the file to write.
+  SkyFitOptions fit;
+  std::vector<double> fit_suns_deg;
+  std::filesystem::path fit_output;
   int parent = 0;  ///< tradeoff-rung: the process that measures it
 
   /// Where the spectral layout goes: "sky.spectral.exr" beside "sky.exr".

@@ -2,6 +2,7 @@
 
 #include <stdexcept>
 
+#include "sim/models/fitted_sky.h"
 #include "sim/models/model_sky.h"
 
 namespace twilight {
@@ -9,6 +10,7 @@ namespace twilight {
 std::unique_ptr<Sky> make_model_sky(const SceneModel& model, const RunControl& control) {
   control.check();
   const std::string& method = model.scene.solver.method;
+  if (method.starts_with(kFitMethodPrefix)) return make_fitted_sky(model);
   throw std::invalid_argument(fmt::format("key 'solver.method' = \"{}\": is not a method", method));
 }
 

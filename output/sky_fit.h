@@ -1,0 +1,67 @@
+// Forms fitted to simulated skies at every node of a study.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "output/hemisphere.h"
+#include "output/perez_fit.h"
+#include "output/study_axes.h"
+#include "sim/models/fit_coefficients.h"
+#include "sim/run_control.h"
+
+namespace twilight {
+
+/// What `twilight fit` was asked for.
+struct SkyFitOptions {
+  SkyForm form = SkyForm::kPerez;
+  FitQuantity quantity = FitQuantity::kSpectral;
+};
+
+/// Elevations of the Sun of a study that names none, degrees.
+std::vector<double> usual_fit_suns_deg();
+
+/// 343 directions with their solid angles: the zenith, and zenith angles 5, 10 .. 85 and 88.75
+/// degrees by azimuths 0, 10 .. 180 degrees from the Sun. (Preetham et al. 1999, Sec. 3.2, fitted
+/// 343 directions and do not say which; 18 x 19 + 1 is our reading. Their lowest may have been the
+/// horizon; 88.75 is the middle of the last, half, cell.) Solid angles add up to 2 pi.
+std::vector<WeightedView> fit_views();
+
+/// How well a form gives a sky back: |form / value - 1| over fit_views(), weighted by solid angle.
+struct FitError {
+  double rms = 0.0, p95 = 0.0, largest = 0.0;
+  double bias = 0.0;  ///< mean of form / value - 1, signed
+};
+/// `form` and `value` at the views of fit_views(), values > 0.
+FitError fit_error(const std::vector<double>& form, const std::vector<double>& value);
+
+/// One form, fitted to one channel at one node.
+struct ChannelFit {
+  FormFit fit;
+  FitError error;
+};
+
+/// The skies of a study, fitted.
+struct SkyFit {
+  FitCoefficients coefficients;            ///< axes sorted; sun.elevation_deg is the last of them
+  std::vector<ChannelFit> channels;        ///< [node][channel]
+  std::vector<FitError> luminance;         ///< [node]
+  std::vector<std::string> channel_names;  ///< wavelength in nm, or Y, x, y
+  std::string scene_toml;                  ///< of the study, in full; axes replace its values
+  double rms_of_all = 0.0;                 ///< over nodes and channels
+  std::size_t not_converged = 0;           ///< channels
+};
+
+/// The study as a fit needs it: an axis of sun.elevation_deg among the axes, put last, method
+/// "orders" where the scene names none. Throws std::invalid_argument where an axis is none of the
+/// sky's (solver, spectrum, observer and output keys and integers), the scene has a budget, or its
+/// observer is above the ground.
+Study study_for_fit(Study study, const std::vector<double>& suns_deg);
+
+/// Simulates the sky of every node (solver.method; "orders" solves one field per combination of the
+/// other axes), and fits every channel, each node starting from its neighbour in Sun elevation too.
+/// The same bytes for any number of threads. Throws as solve_sky; std::invalid_argument where a
+/// sky is dark (0) in a direction, Cancelled when told to stop.
+SkyFit fit_skies(const Study& study, const SkyFitOptions& options, const RunControl& control = {});
+
+}  // namespace twilight
