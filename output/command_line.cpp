@@ -132,6 +132,11 @@ void add_fit(CLI::App& app, CommandLine& line) {
            [&line](const std::string& word) { line.fit.quantity = fit_quantity_from_name(word); },
            "spectral (radiance per wavelength), or luminance-chromaticity (Y, x, y) [spectral]")
         ->check(CLI::IsMember({"spectral", "luminance-chromaticity"}));
+    sub->add_option("--iterations", line.fit.most_iterations,
+                    "most steps of a search; one that needs more has not converged, which the file "
+                    "and the exit code say")
+        ->check(CLI::Range(1, 100000))
+        ->capture_default_str();
     sub->add_option_function<std::string>(
            "--suns",
            [&line](const std::string& list) {

@@ -22,7 +22,10 @@ constexpr double kHosekZenith = 1.0 / 1.01;
 // limit of thin air, whose brightness grows as 1 / cos theta.
 constexpr double kLowestP = -0.9999, kHighestP = 1e3;
 constexpr double kLowestB = -20, kHighestB = -1e-4;
-constexpr double kLowestRate = -30, kHighestRate = 3;  // per rad, of the glow about the Sun
+// The glow about the Sun and the peak in it are at least 0.1 rad wide: what is narrower is not seen
+// by directions 5 degrees apart, and would only take over the single one that looks into the Sun.
+constexpr double kLowestRate = -10, kHighestRate = 3;  // per rad
+constexpr double kHighestH = 0.9;
 
 constexpr FormParameter kPerez[] = {
     {"scale", -700, 700}, {"p", kLowestP, kHighestP},       {"b", kLowestB, kHighestB},
@@ -36,7 +39,7 @@ constexpr FormParameter kHosek[] = {
     {"e", kLowestRate, -1e-3},
     {"f'", 1e-8, 1e3},
     {"g", 0, 1e3},
-    {"h", 0, 0.99},
+    {"h", 0, kHighestH},
     {"i", 0, 1e3},
 };
 
@@ -121,6 +124,7 @@ struct Problem {
   SkyForm form;
   std::span<const FormSample> samples;
   std::vector<double> log_value;
+  int most_iterations = kFormFitIterations;
 };
 
 // Weighted mean of ln(value / form): what the form's scale has to be multiplied with.
@@ -172,7 +176,7 @@ Descent descend(const Problem& problem, std::vector<double> x) {
   }
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_QR;
-  options.max_num_iterations = 400;
+  options.max_num_iterations = problem.most_iterations;
   options.function_tolerance = 1e-9;
   options.gradient_tolerance = 1e-13;
   options.parameter_tolerance = 1e-11;
@@ -202,7 +206,8 @@ std::vector<double> hosek_start(std::span<const double> k) {
 std::vector<std::vector<double>> own_starts(const Problem& problem) {
   std::vector<std::vector<double>> starts;
   if (problem.form == SkyForm::kHosek) {
-    const FormFit simpler = fit_form(SkyForm::kPerez, problem.samples, 0.0);
+    const FormFit simpler =
+        fit_form(SkyForm::kPerez, problem.samples, 0.0, {}, problem.most_iterations);
     starts.push_back(hosek_start(simpler.coefficients));
   }
   for (const auto& k : kPerezStarts) {
@@ -307,10 +312,10 @@ std::vector<double> form_coefficients_of(SkyForm form, std::span<const double> x
 }
 
 FormFit fit_form(SkyForm form, std::span<const FormSample> samples, double sun_zenith_rad,
-                 std::span<const std::vector<double>> starts) {
+                 std::span<const std::vector<double>> starts, int most_iterations) {
   check(samples);
   const double log_unit = mean_log_value(samples);
-  Problem problem{form, samples, {}};
+  Problem problem{form, samples, {}, most_iterations};
   for (const FormSample& s : samples) problem.log_value.push_back(std::log(s.value) - log_unit);
 
   FormFit fit;

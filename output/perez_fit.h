@@ -56,14 +56,19 @@ struct FormFit {
   int start = 0;               ///< which start won: 0.. of those given, then the form's own
 };
 
+/// A search that needs more has not converged.
+inline constexpr int kFormFitIterations = 400;
+
 /// Weighted least squares of ln(form / value), by Levenberg-Marquardt (Ceres) within the bounds:
 /// logarithms, because twilight skies range over four decades, and relative errors are seen, not
 /// absolute ones; their quotient residual would forgive a form that is too dark.
 /// Several starts, always the same: first `starts`, each a FormFit::parameters of a neighbour, then
 /// the form's own; for Hosek the first of those is the best Perez form. The least sum of squares
-/// wins; within 1e-6 of it the earliest start. Runs on one thread.
+/// wins; within 1e-6 of it the earliest start. One that has not converged within `most_iterations`
+/// goes on once from where it stands. Runs on one thread.
 /// Throws std::invalid_argument without samples, or where a sample is outside the ranges above.
 FormFit fit_form(SkyForm form, std::span<const FormSample> samples, double sun_zenith_rad,
-                 std::span<const std::vector<double>> starts = {});
+                 std::span<const std::vector<double>> starts = {},
+                 int most_iterations = kFormFitIterations);
 
 }  // namespace twilight

@@ -179,7 +179,7 @@ void SkyFitter::fit_channel(const std::vector<NodeSky>& skies, std::size_t first
     std::vector<FormSample> sky = samples(sun_zenith);
     for (std::size_t v = 0; v < sky.size(); ++v) sky[v].value = values[v];
     ChannelFit& result = fit_.channels[(first + s) * C + channel];
-    result.fit = fit_form(options_.form, sky, sun_zenith, starts);
+    result.fit = fit_form(options_.form, sky, sun_zenith, starts, options_.most_iterations);
     starts = {result.fit.parameters};
     control_.check();
   }
@@ -247,7 +247,9 @@ SkyFit SkyFitter::run() {
     });
     keep(skies, first);
   }
-  fit_.scene_toml = to_toml(study_.scene.scene);
+  Scene scene = study_.scene.scene;
+  scene.solver.threads = SolverOptions().threads;  // the file does not depend on them
+  fit_.scene_toml = to_toml(scene);
   double sum = 0;
   for (const ChannelFit& c : fit_.channels) {
     sum += c.error.rms * c.error.rms;

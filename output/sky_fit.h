@@ -16,6 +16,7 @@ namespace twilight {
 struct SkyFitOptions {
   SkyForm form = SkyForm::kPerez;
   FitQuantity quantity = FitQuantity::kSpectral;
+  int most_iterations = kFormFitIterations;  ///< of a search, 1..100000
 };
 
 /// Elevations of the Sun of a study that names none, degrees.
@@ -47,9 +48,10 @@ struct SkyFit {
   std::vector<ChannelFit> channels;        ///< [node][channel]
   std::vector<FitError> luminance;         ///< [node]
   std::vector<std::string> channel_names;  ///< wavelength in nm, or Y, x, y
-  std::string scene_toml;                  ///< of the study, in full; axes replace its values
-  double rms_of_all = 0.0;                 ///< over nodes and channels
-  std::size_t not_converged = 0;           ///< channels
+  std::string scene_toml;         ///< of the study, in full but for its threads; axes replace
+                                  ///< its values
+  double rms_of_all = 0.0;        ///< over nodes and channels
+  std::size_t not_converged = 0;  ///< channels
 };
 
 /// The study as a fit needs it: an axis of sun.elevation_deg among the axes, put last, method
