@@ -351,6 +351,9 @@ void check_models(const Scene& scene, Checker& check) {
   check.range("two_constituent_air.mie_single_scattering_albedo", air.mie_single_scattering_albedo,
               0.01, 1.0);
   check.range("two_constituent_air.mie_asymmetry", air.mie_asymmetry, -0.99, 0.99);
+  check.range("preetham.turbidity", scene.preetham.turbidity, 1.0, 100.0);
+  check.one_of("preetham.sun_position", scene.preetham.sun_position, {"scene", "preetham"});
+  check.range("cie.zenith_luminance_cd_m2", scene.cie.zenith_luminance_cd_m2, 0.0, 1e6);
   if (solves_transfer(scene)) return;
   if (scene.budget.max_relative_error || scene.budget.max_seconds) {
     check.fail("solver.method",

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "sim/models/model_options.h"
+#include "sim/models/preetham_options.h"
 
 namespace twilight {
 
@@ -187,6 +188,8 @@ struct Scene {
   SolverOptions solver;
   ModelOptions models;
   TwoConstituentOptions two_constituent_air;
+  PreethamOptions preetham;
+  CieOptions cie;
   OutputOptions output;
 };
 

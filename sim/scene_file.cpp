@@ -209,6 +209,16 @@ constexpr SceneKey kKeys[] = {
     {"two_constituent_air.mie_asymmetry", TWILIGHT_FIELD(two_constituent_air.mie_asymmetry),
      "g of the haze's Cornette-Shanks phase function, -0.99..0.99; auto: as published", "auto"},
 
+    {"preetham.turbidity", TWILIGHT_FIELD(preetham.turbidity),
+     "preetham, cie-clear: of air and haze over air alone, 1..100; the sky is defined for 2..6; auto: the "
+     "scene's own at 550 nm", "auto"},
+    {"preetham.sun_position", TWILIGHT_FIELD(preetham.sun_position),
+     "elevation of the Sun of a place and time: scene (the ephemeris), or preetham (their formula)"},
+
+    {"cie.zenith_luminance_cd_m2", TWILIGHT_FIELD(cie.zenith_luminance_cd_m2),
+     "cie-clear, cie-overcast: 0..1e6; auto: Preetham's of the turbidity, or Krochmann & Seidl's for "
+     "overcast", "auto"},
+
     {"output.projection", TWILIGHT_FIELD(output.projection),
      "fisheye, latlong, or octahedral"},
     {"output.size", TWILIGHT_FIELD(output.size),

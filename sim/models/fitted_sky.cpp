@@ -27,12 +27,6 @@ std::optional<double> number_of(const Scene& scene, const std::string& name) {
 
 const FitCoefficients& checked(const SceneModel& model, const FitCoefficients& fit) {
   const std::string& method = model.scene.solver.method;
-  if (fit.quantity != FitQuantity::kSpectral) {
-    throw std::invalid_argument(fmt::format(
-        "key 'solver.method' = \"{}\": must be a fit of quantity \"spectral\"; this one "
-        "is of \"{}\", which holds no spectra",
-        method, fit_quantity_name(fit.quantity)));
-  }
   for (const double nm : model.medium.wavelength_nm) {
     if (nm >= fit.wavelength_nm.front() && nm <= fit.wavelength_nm.back()) continue;
     throw std::invalid_argument(
@@ -71,12 +65,15 @@ std::vector<FitCorner> fit_corners(const FitCoefficients& fit, const std::vector
 FittedSky::FittedSky(const SceneModel& model, FitCoefficients fit)
     : HemisphereSky(model),
       fit_(std::move(fit)),
-      interpolation_(checked(model, fit_).wavelength_nm, model.medium.wavelength_nm) {
+      interpolation_(checked(model, fit_).wavelength_nm, model.medium.wavelength_nm),
+      daylight_(model.medium.wavelength_nm) {
   corners_ = fit_corners(fit_, place());
+  const bool spectral = fit_.quantity == FitQuantity::kSpectral;
   std::size_t flagged = 0;
   for (const FitCorner& c : corners_) {
     for (std::size_t w = 0; w < fit_.channels(); ++w) {
-      log_scale_.push_back(std::log(fit_.scale(c.node, w) / fit_.solar_irradiance[w]));
+      const double unit = spectral ? fit_.solar_irradiance[w] : 1.0;
+      log_scale_.push_back(std::log(fit_.scale(c.node, w) / unit));
     }
     flagged += fit_.converged[c.node] ? 0 : 1;
   }
@@ -129,6 +126,10 @@ void FittedSky::spectrum(const ViewDirection& view, std::span<double> out) const
       log_share += corners_[c].weight * (log_scale_[c * C + w] + std::log(f));
     }
     share[w] = std::exp(log_share);
+  }
+  if (fit_.quantity == FitQuantity::kLuminanceChromaticity) {
+    daylight_.radiance(share[0], share[1], share[2], out);
+    return;
   }
   interpolation_.logarithmic(share, out);
   for (std::size_t w = 0; w < out.size(); ++w) out[w] *= model_.solar_irradiance[w];

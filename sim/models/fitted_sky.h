@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "sim/models/daylight_spectrum.h"
 #include "sim/models/fit_coefficients.h"
 #include "sim/models/model_sky.h"
 #include "sim/spectral_sky.h"
@@ -28,13 +29,14 @@ std::vector<FitCorner> fit_corners(const FitCoefficients& fit, const std::vector
 /// they are not interpolated.) So radiance is positive, continuous, and at a node the node's form.
 /// The position on an axis is the scene's value of the axis' key; keys that are no axis do not
 /// matter: they are the fitted scene's, whatever this one says. Wavelengths: radiance over solar
-/// irradiance, interpolated as in SpectralInterpolation.
+/// irradiance, interpolated as in SpectralInterpolation. Fits of luminance and chromaticities have
+/// those of each view interpolated, and made a spectrum by the daylight basis as Preetham's are
+/// (sim/models/daylight_spectrum.h); the solar spectrum does not enter them.
 class FittedSky : public HemisphereSky {
  public:
-  /// Throws std::invalid_argument where the fit's quantity is not spectral, a wavelength lies
-  /// beyond the fit's, the scene leaves the key of an axis of two or more values unset, or, unless
-  /// models.out_of_range is "clamp", its value lies beyond the axis (an axis of one value:
-  /// differs).
+  /// Throws std::invalid_argument where a wavelength lies beyond the fit's, the scene leaves the
+  /// key of an axis of two or more values unset, or, unless models.out_of_range is "clamp", its
+  /// value lies beyond the axis (an axis of one value: differs).
   FittedSky(const SceneModel& model, FitCoefficients fit);
   ~FittedSky() override;
 
@@ -49,8 +51,10 @@ class FittedSky : public HemisphereSky {
 
   FitCoefficients fit_;
   std::vector<FitCorner> corners_;
-  std::vector<double> log_scale_;  // [corner][channel], of radiance over solar irradiance
+  std::vector<double>
+      log_scale_;  // [corner][channel], of radiance over solar irradiance, or Y, x, y
   SpectralInterpolation interpolation_;
+  DaylightSpectrum daylight_;
 };
 
 /// Makes the sky of a scene whose solver.method is "fit:FILE". Throws as read_fit_coefficients and

@@ -11,6 +11,7 @@
 #include <numbers>
 
 #include "sim/models/hosek.h"
+#include "sim/models/preetham_sky.h"
 #include "sim/scene_file.h"
 #include "tests/sim/small_scene.h"
 
@@ -199,10 +200,28 @@ TEST(FittedSky, AnAxisMustBeKnownUnlessItHasOneValue) {
   EXPECT_EQ(refusal(scene, fit), "accepted");
 }
 
-TEST(FittedSky, ChromaticitiesAreNoSpectrum) {
-  FitCoefficients fit = coefficients();
+// Preetham's own coefficients as a file, against his model.
+TEST(FittedSky, LuminanceAndChromaticitiesBecomeDaylight) {
+  constexpr double kTurbidity = 3;
+  const PreethamDistribution known = preetham_distribution(kTurbidity);
+  const PreethamZenith zenith = preetham_zenith(kTurbidity, 60 * pi / 180);
+  FitCoefficients fit;
   fit.quantity = FitQuantity::kLuminanceChromaticity;
-  EXPECT_THAT(refusal(fitted_scene(0, 0.1), fit), HasSubstr("must be a fit of quantity"));
+  fit.axes = {{kSunElevationKey, {30}}};
+  fit.wavelength_nm = {450, 650};
+  fit.solar_irradiance = {1, 1};
+  for (const PerezCoefficients& k : {known.luminance, known.x, known.y}) {
+    for (const double value : {k.a, k.b, k.c, k.d, k.e}) fit.coefficients.push_back(value);
+  }
+  fit.normalisation = {zenith.luminance_cd_m2, zenith.x, zenith.y};
+  fit.sun_transmittance = {0.7, 0.8};
+  fit.converged = {true};
+  Scene scene = fitted_scene(30, 0.1);
+  const auto fitted = FittedSky(build_scene_model(scene), fit).radiance(some_views());
+  scene.solver.method = "preetham";
+  scene.preetham.turbidity = kTurbidity;
+  const auto published = PreethamSky(build_scene_model(scene)).radiance(some_views());
+  for (std::size_t k = 0; k < fitted.size(); ++k) EXPECT_NEAR(fitted[k] / published[k], 1, 1e-12);
 }
 
 TEST(FittedSky, TellsOfNodesThatDidNotConverge) {
