@@ -20,91 +20,33 @@
 namespace twilight {
 namespace {
 
-constexpr double kRadPerDeg = std::numbers::pi / 180;
-
-/// What one combination of the other axes has under one Sun.
-struct NodeSky {
-  std::vector<double> radiance;   // [view][wavelength]
-  std::vector<double> luminance;  // [view], cd m^-2
-  std::vector<double> x, y;       // [view]
-  std::vector<double> sun_transmittance;
-};
-
-std::vector<ViewDirection> directions() {
-  std::vector<ViewDirection> all;
-  for (const WeightedView& v : fit_views()) all.push_back(v.direction);
-  return all;
-}
-
-NodeSky look(const Sky& sky, const ColourIntegrator& colour,
-             const std::vector<ViewDirection>& views, const std::string& place) {
-  NodeSky node;
-  node.radiance = sky.radiance(views);
-  node.sun_transmittance = sky.sun_transmittance();
-  for (double& t : node.sun_transmittance) t = std::clamp(t, 0.0, 1.0);
-  const std::size_t W = sky.wavelength_nm().size();
-  for (std::size_t k = 0; k < node.radiance.size(); ++k) {
-    if (node.radiance[k] > 0) continue;
-    const ViewDirection& v = views[k / W];
-    throw std::invalid_argument(fmt::format(
-        "the sky at {} is dark (radiance 0) at elevation {:.4g} deg, azimuth {:.4g} deg from the "
-        "Sun, {} nm: nothing to fit",
-        place, v.elevation_rad / kRadPerDeg, v.relative_azimuth_rad / kRadPerDeg,
-        sky.wavelength_nm()[k % W]));
-  }
-  for (std::size_t v = 0; v < views.size(); ++v) {
-    const Tristimulus xyz =
-        colour.xyz(std::span(node.radiance).subspan(v * W, W), sky.solar_irradiance());
-    const auto xy = chromaticity(xyz);
-    node.luminance.push_back(kLuminousEfficacy_lm_w * xyz[1]);
-    node.x.push_back(xy[0]);
-    node.y.push_back(xy[1]);
-  }
-  return node;
-}
-
-// The channel's values over the views.
-std::vector<double> channel_values(const NodeSky& node, FitQuantity quantity, std::size_t channel) {
-  if (quantity == FitQuantity::kLuminanceChromaticity) {
-    return channel == 0 ? node.luminance : channel == 1 ? node.x : node.y;
-  }
-  const std::size_t W = node.radiance.size() / node.luminance.size();
-  std::vector<double> values;
-  for (std::size_t k = channel; k < node.radiance.size(); k += W) {
-    values.push_back(node.radiance[k]);
-  }
-  return values;
-}
-
 /// The fit while it is made.
 class SkyFitter {
  public:
   SkyFitter(const Study& study, const SkyFitOptions& options, const RunControl& control)
-      : study_(study), options_(options), control_(control), views_(fit_views()) {}
+      : study_(study), options_(options), control_(control) {}
   SkyFit run();
 
  private:
   void begin(const SceneModel& model);
-  std::vector<NodeSky> simulate(SceneModel model, std::size_t first);
-  void fit_channel(const std::vector<NodeSky>& skies, std::size_t first, std::size_t channel);
-  void keep(const std::vector<NodeSky>& skies, std::size_t first);
-  std::vector<FormSample> samples(double sun_zenith_rad) const;
+  void fit_channel(const std::vector<FitSky>& skies, std::size_t first, std::size_t channel);
+  void keep(const std::vector<FitSky>& skies, std::size_t first);
   std::string place(std::size_t node) const;
   std::size_t suns() const { return study_.axes.back().values.size(); }
 
   const Study& study_;
   const SkyFitOptions& options_;
   const RunControl& control_;
-  std::vector<WeightedView> views_;
   std::unique_ptr<ColourIntegrator> colour_;
   SkyFit fit_;
 };
 
+// The values of the axes but the Sun's.
 std::string SkyFitter::place(std::size_t node) const {
   std::string text;
   const std::vector<double> values = study_.values_at(node);
-  for (std::size_t a = 0; a < values.size(); ++a) {
-    text += fmt::format("{}{} = {}", a > 0 ? ", " : "", study_.axes[a].key, values[a]);
+  for (std::size_t a = 0; a + 1 < values.size(); ++a) {
+    text += fmt::format(", {} = {}", study_.axes[a].key, values[a]);
   }
   return text;
 }
@@ -125,58 +67,15 @@ void SkyFitter::begin(const SceneModel& model) {
   fit_.luminance.resize(c.nodes());
 }
 
-// The skies of all Suns for one combination of the other axes.
-std::vector<NodeSky> SkyFitter::simulate(SceneModel model, std::size_t first) {
-  const std::vector<ViewDirection> views = directions();
-  std::vector<NodeSky> skies;
-  std::shared_ptr<const OrdersField> field;
-  for (std::size_t s = 0; s < suns(); ++s) {
-    model.sun_elevation_rad = study_.axes.back().values[s] * kRadPerDeg;
-    control_.check();
-    control_.report("skies", static_cast<double>(first + s) / static_cast<double>(study_.nodes()));
-    std::unique_ptr<Sky> sky;
-    if (model.scene.solver.method != "orders") {
-      model.scene.sun.elevation_deg = study_.axes.back().values[s];
-      sky = solve_sky(model, {{}, control_.cancel});
-    } else {
-      const RunControl quiet{{}, control_.cancel};
-      FieldSky solved =
-          field ? sky_from_field(model, field, quiet) : solve_sky_and_field(model, quiet);
-      sky = std::move(solved.sky);
-      field = std::move(solved.field);
-    }
-    skies.push_back(look(*sky, *colour_, views, place(first + s)));
-    if (fit_.coefficients.solar_irradiance.empty()) {
-      fit_.coefficients.solar_irradiance.assign(sky->solar_irradiance().begin(),
-                                                sky->solar_irradiance().end());
-    }
-  }
-  return skies;
-}
-
-std::vector<FormSample> SkyFitter::samples(double sun_zenith_rad) const {
-  const double cos_sun = std::cos(sun_zenith_rad), sin_sun = std::sin(sun_zenith_rad);
-  std::vector<FormSample> all;
-  for (const WeightedView& v : views_) {
-    const double up = std::sin(v.direction.elevation_rad);
-    const double flat = std::cos(v.direction.elevation_rad);
-    const double cosine =
-        up * cos_sun + flat * sin_sun * std::cos(v.direction.relative_azimuth_rad);
-    all.push_back({std::min(1.0, up), std::acos(std::clamp(cosine, -1.0, 1.0)),
-                   v.solid_angle_sr / (2 * std::numbers::pi), 0.0});
-  }
-  return all;
-}
-
 // From the highest Sun down, each start the neighbour's end.
-void SkyFitter::fit_channel(const std::vector<NodeSky>& skies, std::size_t first,
+void SkyFitter::fit_channel(const std::vector<FitSky>& skies, std::size_t first,
                             std::size_t channel) {
   const std::size_t C = fit_.coefficients.channels();
   std::vector<std::vector<double>> starts;
   for (std::size_t s = suns(); s-- > 0;) {
     const double sun_zenith = fit_.coefficients.sun_zenith_rad(first + s);
     const std::vector<double> values = channel_values(skies[s], options_.quantity, channel);
-    std::vector<FormSample> sky = samples(sun_zenith);
+    std::vector<FormSample> sky = fit_samples(sun_zenith);
     for (std::size_t v = 0; v < sky.size(); ++v) sky[v].value = values[v];
     ChannelFit& result = fit_.channels[(first + s) * C + channel];
     result.fit = fit_form(options_.form, sky, sun_zenith, starts, options_.most_iterations);
@@ -187,7 +86,7 @@ void SkyFitter::fit_channel(const std::vector<NodeSky>& skies, std::size_t first
 
 // Puts what one combination's fits found into the tables, and measures them as a reader of the
 // coefficients will see them.
-void SkyFitter::keep(const std::vector<NodeSky>& skies, std::size_t first) {
+void SkyFitter::keep(const std::vector<FitSky>& skies, std::size_t first) {
   FitCoefficients& c = fit_.coefficients;
   const std::size_t C = c.channels();
   for (std::size_t node = first; node < first + suns(); ++node) {
@@ -199,10 +98,10 @@ void SkyFitter::keep(const std::vector<NodeSky>& skies, std::size_t first) {
       converged = converged && fit.converged;
     }
     c.converged.push_back(converged);
-    const NodeSky& sky = skies[node - first];
+    const FitSky& sky = skies[node - first];
     c.sun_transmittance.insert(c.sun_transmittance.end(), sky.sun_transmittance.begin(),
                                sky.sun_transmittance.end());
-    const std::vector<FormSample> at = samples(c.sun_zenith_rad(node));
+    const std::vector<FormSample> at = fit_samples(c.sun_zenith_rad(node));
     std::vector<std::vector<double>> form(C);
     for (std::size_t k = 0; k < C; ++k) {
       for (const FormSample& s : at) {
@@ -238,7 +137,12 @@ SkyFit SkyFitter::run() {
       colour_ =
           std::make_unique<ColourIntegrator>(colour_integrator(model, ColourObserver::kCie1931));
     }
-    const std::vector<NodeSky> skies = simulate(model, first);
+    const std::vector<FitSky> skies = simulate_suns(
+        model, study_.axes.back().values, *colour_, place(first), control_, [&](std::size_t s) {
+          control_.report("skies",
+                          static_cast<double>(first + s) / static_cast<double>(study_.nodes()));
+        });
+    if (first == 0) fit_.coefficients.solar_irradiance = skies.front().solar_irradiance;
     control_.report("fits", static_cast<double>(first) / static_cast<double>(study_.nodes()));
     SolverArena arena(scene.solver.threads);
     arena.arena.execute([&] {
@@ -277,43 +181,6 @@ bool is_of_the_sky(const std::string& key) {
 
 std::vector<double> usual_fit_suns_deg() {
   return {60, 45, 30, 20, 15, 10, 7, 5, 3, 1, 0, -1, -2, -3, -4, -5, -6, -7, -8, -9, -10, -11, -12};
-}
-
-std::vector<WeightedView> fit_views() {
-  constexpr int kRings = 18, kAzimuths = 18;  // steps of 5 and 10 degrees
-  constexpr double kStep = 5 * kRadPerDeg, kTurn = 10 * kRadPerDeg;
-  using std::numbers::pi;
-  std::vector<WeightedView> views = {{{pi / 2, 0.0}, 2 * pi * (1 - std::cos(0.5 * kStep))}};
-  for (int ring = 1; ring <= kRings; ++ring) {
-    const double upper = (ring - 0.5) * kStep, lower = std::min(upper + kStep, pi / 2);
-    const double elevation = ring < kRings ? pi / 2 - ring * kStep : pi / 2 - 0.5 * (upper + lower);
-    for (int k = 0; k <= kAzimuths; ++k) {
-      const double share = k == 0 || k == kAzimuths ? 0.5 : 1.0;
-      views.push_back(
-          {{elevation, k * kTurn}, 2 * share * kTurn * (std::cos(upper) - std::cos(lower))});
-    }
-  }
-  return views;
-}
-
-FitError fit_error(const std::vector<double>& form, const std::vector<double>& value) {
-  const std::vector<WeightedView> views = fit_views();
-  std::vector<WeightedValue> sizes;
-  FitError error;
-  double weight = 0;
-  for (std::size_t v = 0; v < views.size(); ++v) {
-    const double off = form.at(v) / value.at(v) - 1, w = views[v].solid_angle_sr;
-    sizes.push_back({std::abs(off), w});
-    error.rms += w * off * off;
-    error.bias += w * off;
-    weight += w;
-  }
-  error.rms = std::sqrt(error.rms / weight);
-  error.bias /= weight;
-  const Spread spread = spread_of(sizes);
-  error.p95 = spread.p95;
-  error.largest = spread.largest;
-  return error;
 }
 
 Study study_for_fit(Study study, const std::vector<double>& suns_deg) {

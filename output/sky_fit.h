@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "output/hemisphere.h"
+#include "output/fit_sample.h"
 #include "output/perez_fit.h"
 #include "output/study_axes.h"
 #include "sim/models/fit_coefficients.h"
@@ -21,20 +21,6 @@ struct SkyFitOptions {
 
 /// Elevations of the Sun of a study that names none, degrees.
 std::vector<double> usual_fit_suns_deg();
-
-/// 343 directions with their solid angles: the zenith, and zenith angles 5, 10 .. 85 and 88.75
-/// degrees by azimuths 0, 10 .. 180 degrees from the Sun. (Preetham et al. 1999, Sec. 3.2, fitted
-/// 343 directions and do not say which; 18 x 19 + 1 is our reading. Their lowest may have been the
-/// horizon; 88.75 is the middle of the last, half, cell.) Solid angles add up to 2 pi.
-std::vector<WeightedView> fit_views();
-
-/// How well a form gives a sky back: |form / value - 1| over fit_views(), weighted by solid angle.
-struct FitError {
-  double rms = 0.0, p95 = 0.0, largest = 0.0;
-  double bias = 0.0;  ///< mean of form / value - 1, signed
-};
-/// `form` and `value` at the views of fit_views(), values > 0.
-FitError fit_error(const std::vector<double>& form, const std::vector<double>& value);
 
 /// One form, fitted to one channel at one node.
 struct ChannelFit {
