@@ -22,10 +22,10 @@ constexpr double kHosekZenith = 1.0 / 1.01;
 // limit of thin air, whose brightness grows as 1 / cos theta.
 constexpr double kLowestP = -0.9999, kHighestP = 1e3;
 constexpr double kLowestB = -20, kHighestB = -1e-4;
-// The glow about the Sun and the peak in it are at least 0.1 rad wide: what is narrower is not seen
-// by directions 5 degrees apart, and would only take over the single one that looks into the Sun.
-constexpr double kLowestRate = -10, kHighestRate = 3;  // per rad
-constexpr double kHighestH = 0.9;
+// The glow about the Sun and the peak in it are at least 0.05 rad wide, half of the directions'
+// spacing: what is narrower would only take over the single one that looks into the Sun.
+constexpr double kLowestRate = -20, kHighestRate = 3;  // per rad
+constexpr double kHighestH = 0.95;
 
 constexpr FormParameter kPerez[] = {
     {"scale", -700, 700}, {"p", kLowestP, kHighestP},       {"b", kLowestB, kHighestB},

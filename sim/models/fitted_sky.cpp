@@ -77,6 +77,7 @@ FittedSky::FittedSky(const SceneModel& model, FitCoefficients fit)
     }
     flagged += fit_.converged[c.node] ? 0 : 1;
   }
+  if (!spectral) record_clipped();
   summary_.figures.emplace_back(
       "fitted sky",
       fmt::format("{}, {} of {} nodes", sky_form_name(fit_.form), corners_.size(), fit_.nodes()));
@@ -113,7 +114,28 @@ std::vector<double> FittedSky::place() {
   return values;
 }
 
+// Looked for on a grid, so that it is said alike whatever is looked at.
+void FittedSky::record_clipped() {
+  constexpr int kSteps = 18;
+  std::vector<double> out(model_.medium.wavelengths());
+  int clipped = 0, views = 0;
+  for (int e = 0; e <= kSteps; ++e) {
+    for (int a = 0; a <= 2 * kSteps; ++a, ++views) {
+      constexpr double kStep = std::numbers::pi / 2 / kSteps;
+      clipped += spectrum_clipped({e * kStep, a * kStep}, out) ? 1 : 0;
+    }
+  }
+  if (clipped == 0) return;
+  summary_.clamps.emplace_back(
+      "radiance",
+      fmt::format("negative daylight spectra taken as 0 in {} of {} directions", clipped, views));
+}
+
 void FittedSky::spectrum(const ViewDirection& view, std::span<double> out) const {
+  spectrum_clipped(view, out);
+}
+
+bool FittedSky::spectrum_clipped(const ViewDirection& view, std::span<double> out) const {
   const double cos_zenith = std::max(0.0, std::sin(view.elevation_rad));
   const double sun_angle = std::acos(cos_sun_angle(view));
   const std::size_t C = fit_.channels();
@@ -128,11 +150,11 @@ void FittedSky::spectrum(const ViewDirection& view, std::span<double> out) const
     share[w] = std::exp(log_share);
   }
   if (fit_.quantity == FitQuantity::kLuminanceChromaticity) {
-    daylight_.radiance(share[0], share[1], share[2], out);
-    return;
+    return daylight_.radiance(share[0], share[1], share[2], out);
   }
   interpolation_.logarithmic(share, out);
   for (std::size_t w = 0; w < out.size(); ++w) out[w] *= model_.solar_irradiance[w];
+  return false;
 }
 
 std::vector<double> FittedSky::sun_transmittance() const {

@@ -31,7 +31,8 @@ std::vector<FitCorner> fit_corners(const FitCoefficients& fit, const std::vector
 /// matter: they are the fitted scene's, whatever this one says. Wavelengths: radiance over solar
 /// irradiance, interpolated as in SpectralInterpolation. Fits of luminance and chromaticities have
 /// those of each view interpolated, and made a spectrum by the daylight basis as Preetham's are
-/// (sim/models/daylight_spectrum.h); the solar spectrum does not enter them.
+/// (sim/models/daylight_spectrum.h); the solar spectrum does not enter them, negative spectra
+/// become 0 and the summary says so.
 class FittedSky : public HemisphereSky {
  public:
   /// Throws std::invalid_argument where a wavelength lies beyond the fit's, the scene leaves the
@@ -48,6 +49,8 @@ class FittedSky : public HemisphereSky {
 
  private:
   std::vector<double> place();
+  bool spectrum_clipped(const ViewDirection& view, std::span<double> out) const;
+  void record_clipped();
 
   FitCoefficients fit_;
   std::vector<FitCorner> corners_;
