@@ -593,6 +593,7 @@ void tradeoff(Run& run) {
 void fit(Run& run, const Study& study) {
   const CommandLine& line = run.line;
   checking_input([&] { require_output(line.fit_output, ".json"); });
+  run.foretell(fit_views().size() * study.nodes());
   const SkyFit result = run.timed("fit", [&] { return fit_skies(study, line.fit, run.control()); });
   AtomicFile file(line.fit_output);
   write_fit(file, result, fmt::format("twilight {}", kVersion));
