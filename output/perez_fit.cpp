@@ -27,9 +27,10 @@ constexpr double kLowestB = -20, kHighestB = -1e-4;
 constexpr double kLowestRate = -20, kHighestRate = 3;  // per rad
 constexpr double kHighestH = 0.95;
 
+// Values are fitted over their geometric mean, so that factors of about 1 are expected.
 constexpr FormParameter kPerez[] = {
-    {"scale", -700, 700}, {"p", kLowestP, kHighestP},       {"b", kLowestB, kHighestB},
-    {"c", 0, 1e5},        {"d", kLowestRate, kHighestRate}, {"e", -0.999, 1e3},
+    {"p", kLowestP, kHighestP},       {"b", kLowestB, kHighestB}, {"k", 1e-4, 1e5}, {"c k", 0, 1e6},
+    {"d", kLowestRate, kHighestRate}, {"f", 1e-7, 1e6},
 };
 constexpr FormParameter kHosek[] = {
     {"p", kLowestP, kHighestP},
@@ -56,16 +57,15 @@ double log_gradation(double p, double b, double m, double* gradient) {
 double log_perez(const double* x, double cos_zenith, double gamma, double* gradient) {
   const double m = 1 / std::max(cos_zenith, 1e-4) - 1;
   const double glow = std::exp(x[4] * gamma), cos_gamma = std::cos(gamma);
-  const double rayleigh = cos_gamma * cos_gamma;
-  const double value = 1 + x[3] * glow + x[5] * rayleigh;
+  const double cos2 = cos_gamma * cos_gamma;
+  const double value = x[2] * (1 - cos2) + x[5] * cos2 + x[3] * glow;
   if (gradient != nullptr) {
-    gradient[0] = 1;
+    gradient[2] = (1 - cos2) / value;
     gradient[3] = glow / value;
     gradient[4] = x[3] * gamma * glow / value;
-    gradient[5] = rayleigh / value;
+    gradient[5] = cos2 / value;
   }
-  return x[0] + log_gradation(x[1], x[2], m, gradient == nullptr ? nullptr : gradient + 1) +
-         std::log(value);
+  return log_gradation(x[0], x[1], m, gradient) + std::log(value);
 }
 
 double log_hosek(const double* x, double cos_zenith, double gamma, double* gradient) {
@@ -139,12 +139,14 @@ double missing_log_scale(const Problem& problem, const std::vector<double>& x) {
   return sum / weight;
 }
 
+// The parameters that are proportional to the form.
+std::vector<std::size_t> scaled_parameters(SkyForm form) {
+  if (form == SkyForm::kPerez) return {2, 3, 5};
+  return {2, 3, 5, 6, 8};
+}
+
 void rescale(SkyForm form, std::vector<double>& x, double log_factor) {
-  if (form == SkyForm::kPerez) {
-    x[0] += log_factor;
-    return;
-  }
-  for (const std::size_t k : {2, 3, 5, 6, 8}) x[k] *= std::exp(log_factor);
+  for (const std::size_t k : scaled_parameters(form)) x[k] *= std::exp(log_factor);
 }
 
 void into_bounds(SkyForm form, std::vector<double>& x) {
@@ -245,7 +247,7 @@ void normalise(SkyForm form, std::span<const FormSample> samples, double sun_zen
                double log_unit, FormFit& fit) {
   fit.coefficients = form_coefficients_of(form, fit.parameters);
   if (form == SkyForm::kPerez) {
-    fit.normalisation = std::exp(log_unit + fit.parameters[0]) *
+    fit.normalisation = std::exp(log_unit) * fit.parameters[2] *
                         sky_form_value(form, fit.coefficients, 1.0, sun_zenith_rad);
     return;
   }
@@ -293,13 +295,15 @@ double log_form(SkyForm form, const double* parameters, double cos_zenith, doubl
 }
 
 std::vector<double> form_parameters_of(SkyForm form, std::span<const double> k) {
-  if (form == SkyForm::kPerez) return {0, k[0] * std::exp(k[1]), k[1], k[2], k[3], k[4]};
+  if (form == SkyForm::kPerez) return {k[0] * std::exp(k[1]), k[1], 1, k[2], k[3], 1 + k[4]};
   const double c = k[2] + k[3] * std::exp(k[4] * kPi);
   return {k[0] * std::exp(k[1] * kHosekZenith), k[1], c, k[3], k[4], k[5] + c, k[6], k[7], k[8]};
 }
 
 std::vector<double> form_coefficients_of(SkyForm form, std::span<const double> x) {
-  if (form == SkyForm::kPerez) return {x[1] * std::exp(-x[2]), x[2], x[3], x[4], x[5]};
+  if (form == SkyForm::kPerez) {
+    return {x[0] * std::exp(-x[1]), x[1], x[3] / x[2], x[4], x[5] / x[2] - 1};
+  }
   return {x[0] * std::exp(-x[1] * kHosekZenith),
           x[1],
           x[2] - x[3] * std::exp(x[4] * kPi),

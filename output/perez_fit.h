@@ -21,11 +21,13 @@ struct FormSample {
 /// The parameters in which a form is fitted. With theta-dependent factor
 ///   1 + p exp(b m), m = 1 / cos theta - 1 (Perez), 1 / (cos theta + 0.01) - 1 / 1.01 (Hosek),
 /// p = a exp(b) or a exp(b / 1.01) being its value at the zenith, and gamma-dependent factor
-///   exp(s) (1 + c exp(d gamma) + e cos^2 gamma)                                        (Perez)
+///   k sin^2 gamma + f cos^2 gamma + c k exp(d gamma),  f = k (1 + e)                 (Perez)
 ///   c' sin^2 gamma + f' cos^2 gamma + d (exp(e gamma) - exp(e pi)) + g chi(h, gamma)
 ///     + i sqrt(cos theta),  c' = c + d exp(e pi), f' = f + c'                          (Hosek)
 /// boxes keep every term positive, so that no fitted sky is negative in any direction and, b being
-/// <= 0, none diverges at the horizon. Order: s, p, b, c, d, e; p, b, c', d, e, f', g, h, i.
+/// <= 0, none diverges at the horizon. k is the form's scale; skies that want nothing of its
+/// constant 1 have it on its bound, not c and e at infinity. Order: p, b, k, c k, d, f;
+/// p, b, c', d, e, f', g, h, i.
 struct FormParameter {
   const char* name;
   double lowest, highest;  ///< the bounds of the fit
@@ -37,8 +39,8 @@ std::span<const FormParameter> form_parameters(SkyForm form);
 double log_form(SkyForm form, const double* parameters, double cos_zenith, double sun_angle_rad,
                 double* gradient);
 
-/// What a form's coefficients are in these parameters and back; the scale of Perez' is 0, and
-/// Hosek's coefficients keep theirs.
+/// What a form's coefficients are in these parameters and back; k of Perez' is 1, and Hosek's
+/// coefficients keep their scale.
 std::vector<double> form_parameters_of(SkyForm form, std::span<const double> coefficients);
 std::vector<double> form_coefficients_of(SkyForm form, std::span<const double> parameters);
 

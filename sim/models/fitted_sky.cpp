@@ -13,6 +13,9 @@
 namespace twilight {
 namespace {
 
+// Refraction lifts the Sun by 0.6 degrees at the horizon, its disc reaches 0.27 higher.
+constexpr double kLowestSightRad = -std::numbers::pi / 180;
+
 // The number that a scene says for a key, or nothing where it is unset.
 std::optional<double> number_of(const Scene& scene, const std::string& name) {
   const auto keys = scene_keys();
@@ -167,7 +170,8 @@ std::vector<double> FittedSky::sun_transmittance() const {
       sum += c.weight * t;
       log_sum += c.weight * std::log(t);  // -infinity: behind the Earth
     }
-    solved[w] = std::isfinite(log_sum) ? std::exp(log_sum) : sum;
+    const bool up = model_.sun_elevation_rad > kLowestSightRad;
+    solved[w] = std::isfinite(log_sum) ? std::exp(log_sum) : up ? sum : 0.0;
   }
   interpolation_.logarithmic(solved, out);
   for (double& t : out) t = std::clamp(t, 0.0, 1.0);

@@ -41,7 +41,8 @@ class FittedSky : public HemisphereSky {
   FittedSky(const SceneModel& model, FitCoefficients fit);
   ~FittedSky() override;
 
-  /// Interpolated as radiance is; linearly where one neighbour's Sun is behind the Earth.
+  /// Interpolated as radiance is; linearly where one neighbour's Sun is behind the Earth,
+  /// and then 0 below -1 degree, from where no refraction lifts it.
   std::vector<double> sun_transmittance() const override;
 
  protected:
