@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "atmosphere/power_law.h"
+
 namespace twilight {
 namespace {
 
@@ -53,11 +55,7 @@ PhaseMatrix cornette_shanks_matrix(double g) {
 double TwoConstituentAir::rayleigh_per_km(double wavelength_nm) const {
   const std::vector<double>&at = rayleigh_wavelength_nm, &beta = rayleigh_scattering_per_km;
   if (at.size() == 1) return beta[0] * std::pow(at[0] / wavelength_nm, 4.0);
-  const auto above = std::ranges::upper_bound(at, wavelength_nm) - at.begin();
-  const auto i = static_cast<std::size_t>(
-      std::clamp<std::ptrdiff_t>(above, 1, static_cast<std::ptrdiff_t>(at.size()) - 1));
-  const double t = std::log(wavelength_nm / at[i - 1]) / std::log(at[i] / at[i - 1]);
-  return beta[i - 1] * std::pow(beta[i] / beta[i - 1], t);
+  return power_law(at, beta, wavelength_nm);
 }
 
 double TwoConstituentAir::mie_per_km(double wavelength_nm) const {
@@ -67,9 +65,9 @@ double TwoConstituentAir::mie_per_km(double wavelength_nm) const {
 std::optional<TwoConstituentAir> published_air(std::string_view name) {
   TwoConstituentAir air;
   air.rayleigh_wavelength_nm = {440.0, 550.0, 680.0};
-  if (name == "scratchapixel") {
+  if (name == "scratchapixel" || name == "scratchapixel_code") {
     air.rayleigh_scale_height_km = 7.994;
-    air.rayleigh_scattering_per_km = {33.1e-3, 13.5e-3, 3.8e-3};
+    air.rayleigh_scattering_per_km = {33.1e-3, 13.5e-3, name == "scratchapixel" ? 5.8e-3 : 3.8e-3};
     air.mie_scattering_550nm_per_km = 21e-3;
     air.mie_single_scattering_albedo = 1 / 1.1;
     return air;

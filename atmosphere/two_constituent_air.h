@@ -32,10 +32,17 @@ struct TwoConstituentAir {
   double mie_per_km(double wavelength_nm) const;
 };
 
-/// As published: "scratchapixel" (the lesson's code: 6360..6420 km, H 7.994 and 1.2 km,
-/// 3.8, 13.5 and 33.1e-6 m^-1 at 680, 550, 440 nm, haze 21e-6 m^-1, extinction 1.1 times that,
-/// g 0.76) or "bruneton2008" (their Sec. 2.1 and Fig. 6: 6360..6420 km, H 8 and 1.2 km, 5.8, 13.5
-/// and 33.1e-6 m^-1, haze 2e-5 m^-1, albedo 0.9, g 0.76). Nothing for other names.
+/// As published: "scratchapixel" (the lesson: 6360..6420 km, H 7.994 and 1.2 km, 5.8, 13.5 and
+/// 33.1e-6 m^-1 at 680, 550, 440 nm, haze 21e-6 m^-1, extinction 1.1 times that, g 0.76),
+/// "scratchapixel_code" (the same but 3.8e-6 m^-1 at 680 nm, as the lesson's listing has it) or
+/// "bruneton2008" (their Sec. 2.1 and Fig. 6: 6360..6420 km, H 8 and 1.2 km, 5.8, 13.5 and
+/// 33.1e-6 m^-1, haze 2e-5 m^-1, albedo 0.9, g 0.76). Nothing for other names.
+///
+/// The lesson contradicts itself twice. At 680 nm its text has 5.8e-6 and its listing 3.8e-6:
+/// 5.8e-6 is what Rayleigh's law, given a line above, makes of 33.1e-6 at 440 nm, and what the
+/// paper it takes its values from has. For haze its text has 210e-5 and its listing 21e-6 m^-1:
+/// the former is a vertical optical depth of 2.5, a fog; the pictures are made with the latter. The
+/// scale height of the molecules, 8 km in the text, is the listing's 7994 m.
 std::optional<TwoConstituentAir> published_air(std::string_view name);
 
 /// The same air in layers for the methods that see it so: each layer's mean. boundary_km from 0 to

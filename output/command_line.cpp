@@ -153,6 +153,38 @@ void add_fit(CLI::App& app, CommandLine& line) {
   add(SkyForm::kHosek, "nine parameters: Hosek & Wilkie 2012");
 }
 
+void add_views(CLI::App* sub, CommandLine& line) {
+  sub->add_option("--view", line.views,
+                  "EL,AZ in degrees: elevation, and azimuth from the Sun's; repeatable")
+      ->allow_extra_args(false);
+  sub->add_option("--views", line.views_file,
+                  "CSV file with the columns view_elevation_deg,relative_azimuth_deg");
+}
+
+void add_compare(CLI::App& app, CommandLine& line) {
+  ComparisonOptions& options = line.comparison;
+  CLI::App* sub = app.add_subcommand(
+      "compare", "models, methods and images side by side, as CSV: how far each is from the first");
+  sub->callback([&line] { line.command = Command::kCompare; });
+  sub->add_option("SKY", options.contenders,
+                  "a solver.method, with settings of its own behind commas as "
+                  "nishita,models.air=scene, or an EXR file; the first is the reference")
+      ->required()
+      ->expected(2, 64);
+  sub->add_option("--scene", options.scene, "scene file (TOML) [the defaults of every key]");
+  sub->add_option("-o,--output", options.directory,
+                  "folder for the table and the pictures, with false-colour maps of the error");
+  sub->add_option("--suns", options.suns,
+                  "elevations of the Sun, degrees [60,30,10,5,2,0,-2,-4,-6,-9,-12]");
+  sub->add_option("--projection", options.projection,
+                  "of images that carry none of ours: fisheye, latlong or octahedral");
+  sub->add_option("--picture-size", options.picture_size, "of each fisheye, 16..1024 pixels")
+      ->capture_default_str();
+  sub->add_option("--set", line.overrides, "KEY=VALUE overrides a key of the scene; repeatable")
+      ->allow_extra_args(false);
+  sub->add_flag("--quiet", line.quiet, "no progress, no summary on standard error");
+}
+
 // CLI11 says of an unknown command only that it was not expected.
 std::optional<std::string> unknown_command(const CLI::App& app, int argc, const char* const* argv) {
   if (argc < 2 || std::string_view(argv[1]).starts_with('-')) return std::nullopt;
@@ -194,13 +226,18 @@ ParsedCommandLine parse_command_line(int argc, const char* const* argv) {
 
   CLI::App* radiance = add_command(app, line, Command::kRadiance, "radiance",
                                    "spectral radiance of given views, as CSV");
-  radiance
-      ->add_option("--view", line.views,
-                   "EL,AZ in degrees: elevation, and azimuth from the Sun's; repeatable")
-      ->allow_extra_args(false);
-  radiance->add_option("--views", line.views_file,
-                       "CSV file with the columns view_elevation_deg,relative_azimuth_deg");
+  add_views(radiance, line);
   add_field(radiance, line);
+
+  CLI::App* aerial = add_command(app, line, Command::kAerial, "aerial",
+                                 "aerial perspective: transmittance to things at given distances, "
+                                 "and the light of the air in front of them, as CSV");
+  add_views(aerial, line);
+  aerial->add_option("--distance", line.distances_km, "km along the view, 0..100000; repeatable")
+      ->required()
+      ->allow_extra_args(false)
+      ->check(CLI::Range(0.0, 1e5));
+  add_field(aerial, line);
 
   CLI::App* irradiance = add_command(app, line, Command::kIrradiance, "irradiance",
                                      "direct, diffuse and global horizontal irradiance, as CSV");
@@ -216,11 +253,13 @@ ParsedCommandLine parse_command_line(int argc, const char* const* argv) {
 
   add_tradeoff(app, line);
   add_fit(app, line);
+  add_compare(app, line);
 
   try {
     app.parse(argc, argv);
     const bool no_views = line.views.empty() && !line.views_file;
-    if (line.command == Command::kRadiance && no_views && !line.print_config)
+    const bool looks = line.command == Command::kRadiance || line.command == Command::kAerial;
+    if (looks && no_views && !line.print_config)
       throw CLI::RequiredError("--view EL,AZ or --views FILE");
   } catch (const CLI::ParseError& error) {
     if (const auto complaint = unknown_command(app, argc, argv)) {

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "output/sky_comparison.h"
 #include "output/sky_fit.h"
 #include "output/tradeoff.h"
 #include "sim/sky.h"
@@ -28,6 +29,8 @@ enum class Command {
   kSun,
   kOptics,
   kSolve,
+  kCompare,
+  kAerial,
   kTradeoff,
   kTradeoffRung,
   kFit
@@ -54,13 +57,15 @@ struct CommandLine {
   std::optional<std::filesystem::path> field;
   std::vector<std::string> views;  ///< radiance, "EL,AZ"
   std::optional<std::filesystem::path> views_file;
+  std::vector<double> distances_km;  ///< aerial, 0..1e5
   /// tradeoff; its scene and overrides are those above.
   TradeoffOptions tradeoff;
   /// fit: form and quantity, the Suns of a study that names none, and the file to write.
   SkyFitOptions fit;
   std::vector<double> fit_suns_deg;
   std::filesystem::path fit_output;
-  int parent = 0;  ///< tradeoff-rung: the process that measures it
+  ComparisonOptions comparison;  ///< compare; its overrides are those above
+  int parent = 0;                ///< tradeoff-rung: the process that measures it
 
   /// Where the spectral layout goes: "sky.spectral.exr" beside "sky.exr".
   std::filesystem::path spectral_output() const;

@@ -17,6 +17,7 @@
 #include <cmath>
 #include <cstddef>
 #include <exception>
+#include <numbers>
 #include <stdexcept>
 #include <thread>
 
@@ -115,12 +116,19 @@ void add_rec709(Imf::Header& header) {
   Imf::addWhiteLuminance(header, static_cast<float>(kLuminousEfficacy_lm_w));
 }
 
-Imf::Header header_for(const SkyImage& image, Projection projection) {
+Imf::Header header_for(const SkyImage& image, const MapProjection& projection) {
   Imf::Header header(image.width, image.height);
   header.compression() = Imf::ZIP_COMPRESSION;
   header.lineOrder() = Imf::INCREASING_Y;
   // OpenEXR's own `envmap` attribute would say that samples lie on the map's border.
-  header.insert("projection", Imf::StringAttribute(std::string(projection_name(projection))));
+  header.insert("projection", Imf::StringAttribute(std::string(projection_name(projection.kind))));
+  if (projection.kind == Projection::kCamera) {
+    constexpr double kDegrees = 180.0 / std::numbers::pi;
+    const CameraView& camera = projection.camera;
+    header.insert("cameraAzimuth", Imf::DoubleAttribute(camera.azimuth_rad * kDegrees));
+    header.insert("cameraElevation", Imf::DoubleAttribute(camera.elevation_rad * kDegrees));
+    header.insert("cameraFieldOfView", Imf::DoubleAttribute(camera.field_of_view_rad * kDegrees));
+  }
   return header;
 }
 
@@ -170,7 +178,7 @@ std::string spectral_channel_name(double wavelength_nm) {
   return "S0." + number + "nm";
 }
 
-void write_exr(AtomicFile& file, const SkyImage& image, Projection projection,
+void write_exr(AtomicFile& file, const SkyImage& image, const MapProjection& projection,
                const ImageAttributes& attributes) {
   check_image(image);
   Imf::Header header = header_for(image, projection);
@@ -186,7 +194,7 @@ void write_exr(AtomicFile& file, const SkyImage& image, Projection projection,
 }
 
 void write_spectral_exr(AtomicFile& file, const SkyImage& spectral, const SkyImage* preview,
-                        Projection projection, const ImageAttributes& attributes) {
+                        const MapProjection& projection, const ImageAttributes& attributes) {
   check_image(spectral);
   Imf::Header header = header_for(spectral, projection);
   header.insert("spectralLayoutVersion", Imf::StringAttribute("1.0"));
@@ -209,15 +217,15 @@ void write_spectral_exr(AtomicFile& file, const SkyImage& spectral, const SkyIma
   write_file(file, header, frame, spectral.height);
 }
 
-void write_exr(const std::filesystem::path& path, const SkyImage& image, Projection projection,
-               const ImageAttributes& attributes) {
+void write_exr(const std::filesystem::path& path, const SkyImage& image,
+               const MapProjection& projection, const ImageAttributes& attributes) {
   AtomicFile file(path);
   write_exr(file, image, projection, attributes);
   file.commit();
 }
 
 void write_spectral_exr(const std::filesystem::path& path, const SkyImage& spectral,
-                        const SkyImage* preview, Projection projection,
+                        const SkyImage* preview, const MapProjection& projection,
                         const ImageAttributes& attributes) {
   AtomicFile file(path);
   write_spectral_exr(file, spectral, preview, projection, attributes);

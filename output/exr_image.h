@@ -22,7 +22,8 @@ using ImageAttributes = std::vector<ImageAttribute>;
 /// Writes a colour map: FLOAT channels as the image names them (R, G, B or X, Y,
 /// Z), ZIP compression, scan lines. Attributes: `whiteLuminance` 683 cd/m^2;
 /// `chromaticities` of Rec. 709 with D65 where there are R, G, B; `projection`, its
-/// name; then the given ones. No time stamp is
+/// name, and a camera's `cameraAzimuth`, `cameraElevation`, `cameraFieldOfView` (degrees; the last
+/// from bottom to top); then the given ones. No time stamp is
 /// written, so the bytes depend on the arguments alone.
 ///
 /// The file appears whole or not at all. Throws std::logic_error if a pixel is
@@ -31,10 +32,10 @@ using ImageAttributes = std::vector<ImageAttribute>;
 /// std::runtime_error naming the path if writing fails.
 /// The variants with an AtomicFile leave its commit to the caller, so that several
 /// files can appear together.
-void write_exr(AtomicFile& file, const SkyImage& image, Projection projection,
+void write_exr(AtomicFile& file, const SkyImage& image, const MapProjection& projection,
                const ImageAttributes& attributes = {});
-void write_exr(const std::filesystem::path& path, const SkyImage& image, Projection projection,
-               const ImageAttributes& attributes = {});
+void write_exr(const std::filesystem::path& path, const SkyImage& image,
+               const MapProjection& projection, const ImageAttributes& attributes = {});
 
 /// Writes a spectral map in the layout of Fichet, Pacanowski & Wilkie (2021, "An
 /// OpenEXR Layout for Spectral Images", JCGT 10(3)), version 1.0: one channel
@@ -45,9 +46,9 @@ void write_exr(const std::filesystem::path& path, const SkyImage& image, Project
 /// readers accept; the values are per nanometre, as the wavelength's unit in the
 /// channel names implies, and `radianceUnits` says so: "W.m^-2.sr^-1.nm^-1".
 void write_spectral_exr(AtomicFile& file, const SkyImage& spectral, const SkyImage* preview,
-                        Projection projection, const ImageAttributes& attributes = {});
+                        const MapProjection& projection, const ImageAttributes& attributes = {});
 void write_spectral_exr(const std::filesystem::path& path, const SkyImage& spectral,
-                        const SkyImage* preview, Projection projection,
+                        const SkyImage* preview, const MapProjection& projection,
                         const ImageAttributes& attributes = {});
 
 /// "S0.550,000nm" for 550: the layout's decimal sign is the comma, the dot

@@ -390,7 +390,8 @@ class Reader {
 };
 
 bool shapes_the_field(std::string_view key) {
-  constexpr std::string_view kTables[] = {"earth.", "atmosphere.", "aerosols.", "spectrum."};
+  constexpr std::string_view kTables[] = {"earth.", "atmosphere.", "aerosols.", "spectrum.",
+                                          "two_constituent_air."};
   constexpr std::string_view kKeys[] = {"solver.method",
                                         "solver.scattering_orders",
                                         "solver.ground_light",

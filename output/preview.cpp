@@ -1,7 +1,5 @@
 #include "output/preview.h"
 
-#include <png.h>
-
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -9,6 +7,7 @@
 
 #include "output/atomic_file.h"
 #include "output/colour.h"
+#include "output/png_file.h"
 
 namespace twilight {
 namespace {
@@ -41,6 +40,10 @@ std::vector<double> sky_luminance(const SkyImage& image, const std::vector<doubl
       if (!direction || direction->elevation_rad < 0.0) continue;
     }
     if (luminance[i] > 0.0) sky.push_back(luminance[i]);
+  }
+  // From orbit, or with the camera down, all light comes from below.
+  if (sky.empty()) {
+    std::ranges::copy_if(luminance, std::back_inserter(sky), [](double y) { return y > 0.0; });
   }
   return sky;
 }
@@ -115,19 +118,7 @@ std::vector<std::uint8_t> tone_map(const SkyImage& image, const PreviewSettings&
 }
 
 void write_preview_png(AtomicFile& file, const SkyImage& image, const PreviewSettings& settings) {
-  const auto bytes = tone_map(image, settings);
-  png_image png{};
-  png.version = PNG_IMAGE_VERSION;
-  png.width = static_cast<png_uint_32>(image.width);
-  png.height = static_cast<png_uint_32>(image.height);
-  png.format = PNG_FORMAT_RGB;  // 8 bits, sRGB
-  // Into memory: libpng's own file writing would not name a full disc.
-  std::vector<std::uint8_t> memory(PNG_IMAGE_PNG_SIZE_MAX(png));
-  png_alloc_size_t size = memory.size();
-  if (png_image_write_to_memory(&png, memory.data(), &size, 0, bytes.data(), 0, nullptr) == 0) {
-    file.fail(png.message);
-  }
-  file.write(reinterpret_cast<const char*>(memory.data()), size);
+  write_png(file, image.width, image.height, tone_map(image, settings));
 }
 
 void write_preview_png(const std::filesystem::path& path, const SkyImage& image,

@@ -21,14 +21,13 @@ struct PreviewSettings {
 ///
 /// One global curve on luminance (Reinhard et al. 2002, "Photographic tone
 /// reproduction", their eqs. 1, 2 and 4): exposure from the mean log luminance of
-/// the lit pixels above the horizon (of all where the image tells no projection),
-/// the darkest and brightest 1 % clamped, so that neither a disc nor empty pixels
-/// set it; burn-out at the 99.5th percentile. Colour ratios stay; a colour too
-/// vivid for the display is dimmed and moved towards the grey of its luminance.
-/// Of two pixels of one chromaticity the brighter is never shown darker. An
-/// image without light is black.
-/// Throws std::logic_error if a pixel is negative or not finite or the channels
-/// are others; std::invalid_argument if the key is outside (0, 1].
+/// the lit pixels above the horizon (of all where the image tells no projection or none is lit
+/// there), the darkest and brightest 1 % clamped, so that neither a disc nor empty pixels set it;
+/// burn-out at the 99.5th percentile. Colour ratios stay; a colour too vivid for the display is
+/// dimmed and moved towards the grey of its luminance. Of two pixels of one chromaticity the
+/// brighter is never shown darker. An image without light is black. Throws std::logic_error if a
+/// pixel is negative or not finite or the channels are others; std::invalid_argument if the key is
+/// outside (0, 1].
 std::vector<std::uint8_t> tone_map(const SkyImage& image, const PreviewSettings& settings = {});
 
 /// Writes tone_map's result as a PNG, whole or not at all; with an AtomicFile its commit is

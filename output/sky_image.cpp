@@ -55,12 +55,15 @@ void check_spectrum(std::span<const double> radiance, std::span<const double> wa
 
 }  // namespace
 
-std::optional<std::size_t> mirrored_pixel(Projection projection, int size, double sun_azimuth_rad,
-                                          int x, int y) {
+std::optional<std::size_t> mirrored_pixel(const MapProjection& projection, int size,
+                                          double sun_azimuth_rad, int x, int y) {
   const int width = map_width(projection, size);
   int mx = x;
   int my = y;
-  if (projection == Projection::kLatLong) {
+  if (projection.kind == Projection::kCamera) {
+    if (!whole_steps(sun_azimuth_rad - projection.camera.azimuth_rad, pi)) return std::nullopt;
+    mx = width - 1 - x;
+  } else if (projection.kind == Projection::kLatLong) {
     // Column centres (x + 1/2) mirror onto 2 s - (x + 1/2), s the Sun's column.
     const auto twice_sun = whole_steps(sun_azimuth_rad, pi / width);
     if (!twice_sun) return std::nullopt;

@@ -19,7 +19,7 @@ struct SkyImage {
   int height = 0;
   std::vector<std::string> channels;
   std::vector<float> pixels;
-  std::optional<Projection> projection = std::nullopt;  ///< set by render_map
+  std::optional<MapProjection> projection = std::nullopt;  ///< set by render_map
 };
 
 enum class MapColour {
@@ -29,7 +29,7 @@ enum class MapColour {
 
 /// What a map shows. Not part of it: the Sun's glow, which is sky.
 struct MapSettings {
-  Projection projection = Projection::kFisheye;
+  MapProjection projection = Projection::kFisheye;
   int size = 512;                ///< 1..16384; height in pixels, see projection.h
   double sun_azimuth_rad = 0.0;  ///< clockwise from north
   MapColour colour = MapColour::kLinearRec709;
@@ -50,7 +50,8 @@ struct SkyMap {
 /// centre, integrated to colour. Pixels outside the fisheye's disc are 0.
 ///
 /// Where the Sun's vertical plane maps pixel centres onto pixel centres (a Sun
-/// at a multiple of 45 deg; in lat-long maps of 90 deg / size) each mirrored
+/// at a multiple of 45 deg; in lat-long maps of 90 deg / size; before or behind a camera) each
+/// mirrored
 /// pair is computed once; that rests on Sky being symmetric about that plane.
 ///
 /// The disc adds E/omega times the covered fraction of each pixel, E = solar
@@ -65,7 +66,7 @@ SkyMap render_map(const Sky& sky, const ColourIntegrator& integrator, const MapS
 
 /// Pixel (x, y)'s mirror image in the vertical plane at sun_azimuth_rad as an
 /// index y * width + x, or nothing where the map's grid has no such symmetry.
-std::optional<std::size_t> mirrored_pixel(Projection projection, int size, double sun_azimuth_rad,
-                                          int x, int y);
+std::optional<std::size_t> mirrored_pixel(const MapProjection& projection, int size,
+                                          double sun_azimuth_rad, int x, int y);
 
 }  // namespace twilight

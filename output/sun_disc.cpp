@@ -27,7 +27,7 @@ double distance(const Vector& a, const Vector& b) {
 
 /// The pixel a direction falls on. A direction inside the fisheye's disc may
 /// fall on a pixel whose centre is outside; it then counts for the next pixel inwards.
-std::optional<std::array<int, 2>> pixel_under(Projection projection, int size,
+std::optional<std::array<int, 2>> pixel_under(const MapProjection& projection, int size,
                                               MapDirection direction) {
   const auto position = pixel_of_direction(projection, size, direction);
   if (!position) return std::nullopt;
@@ -37,7 +37,7 @@ std::optional<std::array<int, 2>> pixel_under(Projection projection, int size,
                               std::clamp(static_cast<int>(std::floor(p.y)), 0, size - 1)};
   };
   auto found = pixel(*position);
-  if (projection == Projection::kFisheye &&
+  if (projection.kind == Projection::kFisheye &&
       !direction_of_pixel(projection, size, found[0], found[1])) {
     const double centre = 0.5 * size;
     const double dx = position->x - centre;
@@ -55,7 +55,7 @@ double sun_disc_solid_angle_sr() {
   return 4.0 * pi * s * s;
 }
 
-std::unordered_map<std::size_t, double> sun_disc_coverage(Projection projection, int size,
+std::unordered_map<std::size_t, double> sun_disc_coverage(const MapProjection& projection, int size,
                                                           MapDirection sun,
                                                           double horizon_elevation_rad) {
   const Vector axis = unit_vector(sun);
@@ -96,7 +96,7 @@ std::unordered_map<std::size_t, double> sun_disc_coverage(Projection projection,
   // each pixel is asked instead; around the zenith of a lat-long map, where
   // pixels shrink to nothing, also those that no point fell on.
   const bool small_pixels = size >= kSmallPixelSize;
-  if (small_pixels && projection == Projection::kLatLong &&
+  if (small_pixels && projection.kind == Projection::kLatLong &&
       std::abs(sun.elevation_rad) > 0.5 * pi - 10.0 * kSunAngularRadius_rad) {
     const std::size_t first_row = covered_sr.begin()->first / width;
     const std::size_t last_row = covered_sr.rbegin()->first / width;

@@ -23,7 +23,7 @@ double sun_disc_solid_angle_sr();
 /// is good to a few per cent. The disc is round and even: flattening by
 /// refraction and limb darkening are left out.
 /// Throws as pixel_of_direction.
-std::unordered_map<std::size_t, double> sun_disc_coverage(Projection projection, int size,
+std::unordered_map<std::size_t, double> sun_disc_coverage(const MapProjection& projection, int size,
                                                           MapDirection sun,
                                                           double horizon_elevation_rad);
 

@@ -296,9 +296,9 @@ std::vector<Rung> tradeoff_ladder(bool quick) {
 }
 
 std::optional<std::string> why_inapplicable(const Rung& rung, const Scene& scene) {
-  const bool own_layers = scene.atmosphere.optical_layers.has_value();
+  const bool own_layers = replaces_profile(scene);
   if (rung.needs == RungNeeds::kProfile && own_layers) {
-    return "the scene brings its own optical layers";
+    return "the scene brings its own optical layers or published air";
   }
   if (rung.needs == RungNeeds::kAerosols && scene.aerosols.type == "none" && !own_layers) {
     return "the scene has no aerosol";
@@ -330,7 +330,7 @@ std::vector<std::string> orders_reference_overrides(const Scene& scene, bool qui
     all.push_back(override);
   }
   all.emplace_back("solver.scattering_orders=auto");
-  if (scene.atmosphere.optical_layers) return all;
+  if (replaces_profile(scene)) return all;
   all.push_back(fmt::format("atmosphere.layers={}", times(scene.atmosphere.layers, 2, 200, 500)));
   all.push_back(fmt::format("atmosphere.top_km={}", std::max(120.0, scene.atmosphere.top_km)));
   const std::vector<double>& nm = scene.spectrum.wavelengths_nm;

@@ -25,6 +25,7 @@
 #include "output/child_run.h"
 #include "output/colour.h"
 #include "output/command_line.h"
+#include "output/comparison_report.h"
 #include "output/csv_table.h"
 #include "output/exr_image.h"
 #include "output/field_file.h"
@@ -149,7 +150,8 @@ std::vector<View> views_of(const CommandLine& line) {
 WantedSky wanted_sky(const CommandLine& line) {
   WantedSky wanted;
   wanted.every_sun = line.command == Command::kSolve || line.field.has_value();
-  if (line.command != Command::kRadiance || wanted.every_sun) return wanted;
+  if (line.command != Command::kRadiance && line.command != Command::kAerial) return wanted;
+  if (wanted.every_sun) return wanted;
   std::vector<ViewDirection> views;
   for (const View& view : views_of(line)) views.push_back(view.direction());
   if (!views.empty()) wanted.views = listed_views(views);
@@ -321,6 +323,18 @@ void warn_of_missing_light(const Run& run) {
   }
 }
 
+MapProjection map_projection(const Scene& scene, double sun_azimuth_rad) {
+  const Projection kind = projection_from_name(scene.output.projection);
+  if (kind != Projection::kCamera) return kind;
+  const CameraOptions& camera = scene.camera;
+  CameraView view;
+  view.azimuth_rad = camera.azimuth_deg ? *camera.azimuth_deg / kDegrees : sun_azimuth_rad;
+  view.elevation_rad = camera.elevation_deg / kDegrees;
+  view.field_of_view_rad = camera.field_of_view_deg / kDegrees;
+  view.aspect_ratio = camera.aspect_ratio;
+  return view;
+}
+
 void render(Run& run) {
   const CommandLine& line = run.line;
   const OutputOptions& output = run.scene.output;
@@ -334,12 +348,14 @@ void render(Run& run) {
 
   run.choose_settings();
   const auto size = static_cast<std::size_t>(output.size);
-  run.foretell(size * size * (output.projection == "latlong" ? 2 : 1));
+  const auto across =
+      static_cast<std::size_t>(map_width(map_projection(run.scene, 0.0), output.size));
+  run.foretell(size * across);
   const SceneModel model = run.model();
   const std::unique_ptr<Sky> sky = run.sky(model);
   const SkyMap map = run.timed("map", [&] {
     MapSettings settings;
-    settings.projection = projection_from_name(output.projection);
+    settings.projection = map_projection(run.scene, model.sun_azimuth_rad);
     settings.size = output.size;
     settings.sun_azimuth_rad = model.sun_azimuth_rad;
     settings.colour =
@@ -356,7 +372,7 @@ void render(Run& run) {
 
   // From here on everything is written: either no file or all of them.
   run.timed("files", [&] {
-    const Projection projection = projection_from_name(output.projection);
+    const MapProjection projection = map_projection(run.scene, model.sun_azimuth_rad);
     const ImageAttributes attributes = image_attributes(model, *sky, run.plan);
     std::deque<AtomicFile> files;
     write_exr(files.emplace_back(line.output), map.colour, projection, attributes);
@@ -415,6 +431,40 @@ void radiance(Run& run) {
                          light.q.empty() ? CsvTable::Cell("")
                                          : CsvTable::Cell(degree_of_polarisation(light, at)),
                          cell(light.q, at), cell(light.u, at)});
+        }
+      }
+    }
+    return true;
+  });
+  run.control().check();
+  run.progress.clear();
+  table.write("-", std::cout);
+  run.summarise(model, *sky, {});
+}
+
+// Aerial perspective of every view over every distance.
+void aerial(Run& run) {
+  const std::vector<View> views = views_of(run.line);
+  run.choose_settings();
+  run.foretell(2 * views.size() * run.line.distances_km.size());
+  const SceneModel model = run.model();
+  const std::unique_ptr<Sky> sky = run.sky(model);
+  CsvTable table({"view_elevation_deg", "relative_azimuth_deg", "distance_km", "wavelength_nm",
+                  "transmittance", "inscattered_radiance_w_m2_sr_nm"});
+  run.timed("views", [&] {
+    for (const View& view : views) {
+      for (const double km : run.line.distances_km) {
+        run.control().check();
+        const auto light = sky->aerial_light(view.direction(), km);
+        if (!light) {
+          throw std::invalid_argument(fmt::format(
+              "key 'solver.method' = \"{}\": must be one that knows aerial perspective: "
+              "orders, preetham, nishita, hoffman-preetham or bruneton",
+              run.scene.solver.method));
+        }
+        for (std::size_t w = 0; w < sky->wavelength_nm().size(); ++w) {
+          table.add_row({view.elevation_deg, view.relative_azimuth_deg, km, sky->wavelength_nm()[w],
+                         light->transmittance[w], light->inscattered[w]});
         }
       }
     }
@@ -609,6 +659,23 @@ void fit(Run& run, const Study& study) {
                                        line.fit_output.string()));
 }
 
+void compare(const CommandLine& line, spdlog::logger& log) {
+  const ComparisonPlan plan = checking_input([&] {
+    ComparisonOptions options = line.comparison;
+    options.overrides = line.overrides;
+    return plan_comparison(options);
+  });
+  Run run(line, {}, log);
+  const Comparison comparison = compare_skies(plan, run.control());
+  run.progress.clear();
+  std::vector<std::string> files;
+  if (!plan.options.directory.empty()) files = write_comparison(comparison);
+  comparison_table(comparison).write("-", std::cout);
+  log.info("{}", comparison_markdown(comparison));
+  log.info("total {:.1f} s{}{}", run.clock.seconds(),
+           files.empty() ? "" : "; written: ", fmt::join(files, ", "));
+}
+
 // A child of tradeoff: its scene comes from the parent, its sample goes back as JSON.
 void tradeoff_rung(const CommandLine& line) {
   end_with_parent(line.parent);
@@ -619,11 +686,13 @@ void tradeoff_rung(const CommandLine& line) {
 
 bool solves(Command command) {
   return command == Command::kRender || command == Command::kRadiance ||
-         command == Command::kIrradiance || command == Command::kSolve;
+         command == Command::kAerial || command == Command::kIrradiance ||
+         command == Command::kSolve;
 }
 
 void run_command(const CommandLine& line, spdlog::logger& log) {
   if (line.command == Command::kTradeoffRung) return tradeoff_rung(line);
+  if (line.command == Command::kCompare) return compare(line, log);
   std::optional<Study> study;
   const LoadedScene loaded = checking_input([&] {
     if (line.command != Command::kFit) return load_scene(line.scene, line.overrides);
@@ -648,6 +717,8 @@ void run_command(const CommandLine& line, spdlog::logger& log) {
       return render(run);
     case Command::kRadiance:
       return radiance(run);
+    case Command::kAerial:
+      return aerial(run);
     case Command::kIrradiance:
       return irradiance(run);
     case Command::kSolve:
@@ -663,8 +734,9 @@ void run_command(const CommandLine& line, spdlog::logger& log) {
       return tradeoff(run);
     case Command::kFit:
       return fit(run, *study);
+    case Command::kCompare:
     case Command::kTradeoffRung:
-      return;  // needs no run
+      return;  // have no scene of their own
   }
 }
 
@@ -700,7 +772,8 @@ int program(int argc, char** argv) {
     return kExitBadInput;
   } catch (const std::invalid_argument& error) {
     // The tables and layers are looked at while the medium is built: input still.
-    log.error("twilight: {}: {}", parsed.command->scene.string(), error.what());
+    const std::string scene = parsed.command->scene.string();
+    log.error("twilight: {}{}{}", scene, scene.empty() ? "" : ": ", error.what());
     return kExitBadInput;
   } catch (const std::exception& error) {
     log.error("twilight: {}", error.what());

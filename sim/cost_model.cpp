@@ -60,7 +60,7 @@ Sizes sizes_of(const Scene& scene) {
   s.wavelengths = static_cast<double>(solved_wavelengths_nm(scene.spectrum).size());
   s.lanes = static_cast<double>(padded_lanes(solved_wavelengths_nm(scene.spectrum).size()));
   const AerosolOptions& a = scene.aerosols;
-  s.kinds = scene.atmosphere.optical_layers ? 1.0
+  s.kinds = replaces_profile(scene) ? 1.0
             : a.type == "none"
                 ? 0.0
                 : static_cast<double>(a.mixing_layer) + static_cast<double>(a.free_troposphere) +
@@ -71,7 +71,7 @@ Sizes sizes_of(const Scene& scene) {
 // Altitudes of the aerosol's top and bottom decide how many levels carry it.
 double aerosol_share_of_levels(const Scene& scene, double kinds) {
   if (kinds == 0) return 0;
-  const double top_km = scene.atmosphere.optical_layers   ? scene.atmosphere.top_km
+  const double top_km = replaces_profile(scene)           ? scene.atmosphere.top_km
                         : scene.aerosols.stratosphere     ? 35.0
                         : scene.aerosols.free_troposphere ? 12.0
                                                           : 3.0;

@@ -10,11 +10,13 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "atmosphere/straight_path.h"
 #include "sim/angular_moments.h"
 #include "sim/elapsed_time.h"
 #include "sim/gauss_legendre.h"
 #include "sim/solver_arena.h"
 #include "sim/sun_disc_profile.h"
+#include "sim/view_segment.h"
 #include "solar/limb_darkening.h"
 
 namespace twilight {
@@ -177,6 +179,29 @@ std::vector<double> OrdersSky::map_radiance(std::span<const ViewDirection> views
 
 StokesRadiance OrdersSky::stokes(std::span<const ViewDirection> views) const {
   return gather(views, OrdersGather::Light::kAll);
+}
+
+std::optional<AerialLight> OrdersSky::aerial_light(const ViewDirection& view,
+                                                   double distance_km) const {
+  const Medium& m = model_.medium;
+  const std::size_t W = m.wavelengths();
+  const double height_km = observer_altitude_km(model_.scene);
+  const ViewSegment segment =
+      view_segment(m.earth_radius_km, height_km, model_.sun_elevation_rad, view, distance_km);
+  SceneModel there = model_;
+  there.sun_elevation_rad = segment.sun_elevation_rad;
+  there.scene.observer.height_m = 1000 * segment.altitude_km;
+  std::vector<double> path(m.layers());
+  straight_path(m, height_km, pi / 2 - view.elevation_rad, segment.length_km, path);
+  const ViewDirection looked[] = {view}, seen_there[] = {segment.view};
+  const std::vector<double> here = radiance(looked);
+  const std::vector<double> behind = OrdersSky(there, atmosphere_, {}).radiance(seen_there);
+  AerialLight light{std::vector<double>(W), std::vector<double>(W)};
+  for (std::size_t w = 0; w < W; ++w) {
+    light.transmittance[w] = std::exp(-slant_optical_depth(m, w, path));
+    light.inscattered[w] = std::max(0.0, here[w] - light.transmittance[w] * behind[w]);
+  }
+  return light;
 }
 
 StokesRadiance OrdersSky::single_scattering(std::span<const ViewDirection> views) const {

@@ -48,6 +48,14 @@ class OrdersSky : public Sky {
   /// The same atmosphere and observer under another Sun (geometric elevation; its azimuth, distance
   /// and irradiance stay): milliseconds.
   std::unique_ptr<OrdersSky> under(double sun_elevation_rad) const;
+  /// As the sky in front of the path's end: the radiance here less the transmitted radiance that an
+  /// observer there sees the same way, all orders. Geometry is straight: over long level paths
+  /// refraction, which the radiances have, turns the ray by up to a sixth of the Earth's curve.
+  std::optional<AerialLight> aerial_light(const ViewDirection& view,
+                                          double distance_km) const override;
+  std::unique_ptr<Sky> with_sun_at(double sun_elevation_rad) const override {
+    return under(sun_elevation_rad);
+  }
   /// Single scattering alone, as stokes().
   StokesRadiance single_scattering(std::span<const ViewDirection> views) const;
 

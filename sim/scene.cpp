@@ -1,6 +1,7 @@
 #include "sim/scene.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -175,7 +176,7 @@ void check_medium(const Scene& scene, Checker& check) {
   check.one_of(
       "atmosphere.profile", air.profile,
       {"us_standard", "tropical", "midlatitude_summer", "midlatitude_winter", "subarctic_summer",
-       "subarctic_winter", "exponential", "scratchapixel", "bruneton2008"});
+       "subarctic_winter", "exponential", "scratchapixel", "scratchapixel_code", "bruneton2008"});
   // The AFGL tables end at 120 km; a user's own layers bring their own top.
   const bool afgl =
       air.profile != "exponential" && !air.optical_layers && published_air_name(scene).empty();
@@ -334,6 +335,43 @@ void check_solver(const Scene& scene, Checker& check) {
   check.range("solver.threads", solver.threads, 0, 1024);
 }
 
+void check_table_size(std::string_view key, const std::vector<double>& size,
+                      std::initializer_list<double> least, double most, Checker& check) {
+  const auto fits = [&](std::size_t k) {
+    return size[k] >= std::data(least)[k] && size[k] <= most && size[k] == std::floor(size[k]);
+  };
+  bool valid = size.size() == least.size();
+  double texels = 1;
+  for (std::size_t k = 0; valid && k < size.size(); ++k) {
+    valid = fits(k);
+    texels *= size[k];
+  }
+  if (valid && texels <= 67108864) return;
+  check.fail(key, fmt::format("= [{}]: must be {} whole numbers {}..{}, their product at most "
+                              "67108864",
+                              fmt::join(size, ", "), least.size(), *least.begin(), most));
+}
+
+void check_bruneton(const BrunetonOptions& options, Checker& check) {
+  check_table_size("bruneton.scattering_size", options.scattering_size, {2, 4, 2, 2}, 512, check);
+  check_table_size("bruneton.transmittance_size", options.transmittance_size, {2, 2}, 4096, check);
+  check_table_size("bruneton.irradiance_size", options.irradiance_size, {2, 2}, 4096, check);
+  if (!check.failed() && std::fmod(options.scattering_size[1], 2) != 0) {
+    check.fail("bruneton.scattering_size",
+               fmt::format("= [{}]: the second, of view angles, must be even, 4..512: half of them "
+                           "look at the ground",
+                           fmt::join(options.scattering_size, ", ")));
+  }
+  check.one_of("bruneton.sun_interpolation", options.sun_interpolation, {"linear", "cubic"});
+  check.range("bruneton.view_samples", options.view_samples, 8, 512);
+  check.range("bruneton.polar_directions", options.polar_directions, 4, 256);
+  if (options.polar_directions % 2 != 0) {
+    check.fail("bruneton.polar_directions",
+               fmt::format("= {}: must be even, 4..256", options.polar_directions));
+  }
+  check.range("bruneton.azimuth_directions", options.azimuth_directions, 4, 256);
+}
+
 void check_models(const Scene& scene, Checker& check) {
   const ModelOptions& models = scene.models;
   check.one_of("models.air", models.air, {"published", "scene"});
@@ -354,6 +392,9 @@ void check_models(const Scene& scene, Checker& check) {
   check.range("preetham.turbidity", scene.preetham.turbidity, 1.0, 100.0);
   check.one_of("preetham.sun_position", scene.preetham.sun_position, {"scene", "preetham"});
   check.range("cie.zenith_luminance_cd_m2", scene.cie.zenith_luminance_cd_m2, 0.0, 1e6);
+  check.range("nishita.view_samples", scene.nishita.view_samples, 1, 100000);
+  check.range("nishita.light_samples", scene.nishita.light_samples, 1, 100000);
+  check_bruneton(scene.bruneton, check);
   if (solves_transfer(scene)) return;
   if (scene.budget.max_relative_error || scene.budget.max_seconds) {
     check.fail("solver.method",
@@ -363,11 +404,35 @@ void check_models(const Scene& scene, Checker& check) {
   }
 }
 
+void check_hoffman_preetham(const HoffmanPreethamOptions& options, Checker& check) {
+  check.one_of("hoffman_preetham.haze", options.haze,
+               {"none", "light haze", "heavy haze", "light fog", "heavy fog"});
+  constexpr std::string_view kScattering = "hoffman_preetham.haze_scattering_per_km";
+  const std::vector<double>& rgb = options.haze_scattering_per_km;
+  if (!rgb.empty() && rgb.size() != 3) {
+    check.fail(kScattering,
+               fmt::format("holds {} values: must be three, at 650, 570 and 475 nm", rgb.size()));
+  }
+  for (const double value : rgb) check.range(kScattering, value, 0.0, 100.0);
+  check.range("hoffman_preetham.haze_absorption_per_km", options.haze_absorption_per_km, 0.0,
+              100.0);
+  check.range("hoffman_preetham.asymmetry", options.asymmetry, -1000.0, 1000.0);
+  check.one_of("hoffman_preetham.phase", options.phase, {"normalised", "printed"});
+}
+
 void check_output(const OutputOptions& output, Checker& check) {
-  check.one_of("output.projection", output.projection, {"fisheye", "latlong", "octahedral"});
+  check.one_of("output.projection", output.projection,
+               {"fisheye", "latlong", "octahedral", "camera"});
   check.range("output.size", output.size, 4, 16384);
   check.one_of("output.channels", output.channels, {"rgb", "xyz", "rgb+spectral", "xyz+spectral"});
   check.one_of("output.colour_observer", output.colour_observer, {"cie1931", "cie1964"});
+}
+
+void check_camera(const CameraOptions& camera, Checker& check) {
+  check.range("camera.azimuth_deg", camera.azimuth_deg, -360.0, 360.0);
+  check.range("camera.elevation_deg", camera.elevation_deg, -90.0, 90.0);
+  check.range("camera.field_of_view_deg", camera.field_of_view_deg, 0.1, 170.0);
+  check.range("camera.aspect_ratio", camera.aspect_ratio, 0.2, 5.0);
 }
 
 }  // namespace
@@ -387,11 +452,16 @@ bool solves_transfer(const Scene& scene) {
 
 std::string published_air_name(const Scene& scene) {
   if (scene.atmosphere.optical_layers) return {};
+  const std::string& profile = scene.atmosphere.profile;
+  if (profile.starts_with("scratchapixel") || profile == "bruneton2008") return profile;
   const bool own = scene.models.air == "published";
   if (own && scene.solver.method == "nishita") return "scratchapixel";
   if (own && scene.solver.method == "bruneton") return "bruneton2008";
-  const std::string& profile = scene.atmosphere.profile;
-  return profile == "scratchapixel" || profile == "bruneton2008" ? profile : std::string();
+  return {};
+}
+
+bool replaces_profile(const Scene& scene) {
+  return scene.atmosphere.optical_layers || !published_air_name(scene).empty();
 }
 
 bool polarised(const Scene& scene) {
@@ -427,7 +497,9 @@ std::optional<SceneProblem> validate(const Scene& scene) {
   check_solver(scene, check);
   check_models(scene, check);
   check_budget(scene, check);
+  check_hoffman_preetham(scene.hoffman_preetham, check);
   check_output(scene.output, check);
+  check_camera(scene.camera, check);
   return check.take();
 }
 

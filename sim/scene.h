@@ -6,7 +6,10 @@
 #include <string>
 #include <vector>
 
+#include "sim/models/bruneton_options.h"
+#include "sim/models/hoffman_preetham_options.h"
 #include "sim/models/model_options.h"
+#include "sim/models/nishita_options.h"
 #include "sim/models/preetham_options.h"
 
 namespace twilight {
@@ -48,8 +51,8 @@ struct EarthOptions {
 struct AtmosphereOptions {
   /// "us_standard", "tropical", "midlatitude_summer", "midlatitude_winter",
   /// "subarctic_summer", "subarctic_winter" (AFGL), or "exponential" (the
-  /// paper's exp(-h/8 km)); "scratchapixel" or "bruneton2008" (those models' own air, haze and
-  /// Earth, see [two_constituent_air], which replace aerosols, ozone and top_km).
+  /// paper's exp(-h/8 km)); "scratchapixel", "scratchapixel_code" or "bruneton2008" (those models'
+  /// own air, haze and Earth, see [two_constituent_air], which replace aerosols, ozone and top_km).
   std::string profile = "us_standard";
   double top_km = 100.0;  ///< 1..120 for AFGL profiles, 1..200 for "exponential"; 100: sunlit air
                           ///< above the zenith down to a Sun of -10 deg
@@ -108,7 +111,8 @@ struct SolverOptions {
   std::string method = "cells";
   int azimuth_divisions = 120;  ///< S, even, 4..360; 120 = the paper's 3 degrees
   /// Scattering events followed, 1..500. Unset: 8 for "cells"; for "orders" until the rest is
-  /// below order_tolerance; for "monte-carlo" until roulette ends the path.
+  /// below order_tolerance; for "monte-carlo" until roulette ends the path; 5 for "bruneton", with
+  /// which its authors give their times.
   std::optional<int> scattering_orders;
   int active_shell_stride = 4;  ///< 1..32; 1 = every shell exchanges
   /// "quadrature": an active shell carries the weight of the passive ones it
@@ -159,12 +163,20 @@ struct SolverOptions {
 };
 
 struct OutputOptions {
-  std::string projection = "fisheye";  ///< "fisheye", "latlong" or "octahedral"
-  int size = 512;                      ///< 4..16384 pixels; height; a latlong map is twice as wide
+  std::string projection = "fisheye";  ///< "fisheye", "latlong", "octahedral" or "camera"
+  int size = 512;  ///< 4..16384 pixels; height; a latlong map is twice as wide, [camera] its own
   /// "rgb", "xyz", or "rgb+spectral" / "xyz+spectral" (a second file holds the spectral layout)
   std::string channels = "rgb";
   std::string colour_observer = "cie1931";  ///< "cie1931" (2 deg) or "cie1964" (10 deg, the paper)
   bool sun_disc = false;                    ///< draw the solar disc (attenuated direct radiance)
+};
+
+/// The pinhole camera of output.projection = "camera"; level, square pixels.
+struct CameraOptions {
+  std::optional<double> azimuth_deg;  ///< clockwise from north, -360..360; unset: the Sun's
+  double elevation_deg = 15.0;        ///< -90..90; 15: a third of the picture below the horizon
+  double field_of_view_deg = 65.0;    ///< from bottom to top, 0.1..170; the Scratchapixel lesson's
+  double aspect_ratio = 1.5;          ///< width over height, 0.2..5; 1.5: 36 x 24 mm film
 };
 
 /// How much error, or how many seconds, the user can afford: the program then chooses method and
@@ -190,7 +202,11 @@ struct Scene {
   TwoConstituentOptions two_constituent_air;
   PreethamOptions preetham;
   CieOptions cie;
+  NishitaOptions nishita;
+  HoffmanPreethamOptions hoffman_preetham;
+  BrunetonOptions bruneton;
   OutputOptions output;
+  CameraOptions camera;
 };
 
 /// One key's complaint: "solver.azimuth_divisions", and what is wrong with its
@@ -211,6 +227,8 @@ bool solves_transfer(const Scene& scene);
 /// The published air (atmosphere/two_constituent_air.h) that the scene takes in place of profile
 /// and aerosols: its profile's, or that of a model with its own; empty for none.
 std::string published_air_name(const Scene& scene);
+/// Whether profile and aerosols do not matter: the user's own layers or published air.
+bool replaces_profile(const Scene& scene);
 
 /// The options as the scene's method takes them where they are unset.
 bool polarised(const Scene& scene);

@@ -39,7 +39,7 @@ constexpr SceneKey kKeys[] = {
      "degrees east, -180..360"},
     {"observer.height_m", TWILIGHT_FIELD(observer.height_m),
      "metres above sea level (0 = on the ground), from -500 (then the ground lies there too): below "
-     "the top for cells, to 40000000 (orbit) for orders and monte-carlo"},
+     "the top for cells, to 40000000 (orbit) for orders, monte-carlo, nishita and bruneton"},
     {"observer.time", TWILIGHT_FIELD(observer.time),
      "offset date-time, as 2003-12-08T17:00:00+01:00"},
 
@@ -67,8 +67,9 @@ constexpr SceneKey kKeys[] = {
 
     {"atmosphere.profile", TWILIGHT_FIELD(atmosphere.profile),
      "us_standard, tropical, midlatitude_summer, midlatitude_winter, subarctic_summer, "
-     "subarctic_winter (AFGL), exponential (the paper's exp(-h/8 km)), scratchapixel, or "
-     "bruneton2008 (those models' air, haze and Earth, see [two_constituent_air])"},
+     "subarctic_winter (AFGL), exponential (the paper's exp(-h/8 km)), scratchapixel, "
+     "scratchapixel_code, or bruneton2008 (those models' air, haze and Earth, see "
+     "[two_constituent_air])"},
     {"atmosphere.top_km", TWILIGHT_FIELD(atmosphere.top_km),
      "top of the atmosphere, 1..120 km, 1..200 km for exponential"},
     {"atmosphere.layers", TWILIGHT_FIELD(atmosphere.layers),
@@ -129,7 +130,7 @@ constexpr SceneKey kKeys[] = {
      "cells: around a ring, even, 4..360; 120 = 3 degrees"},
     {"solver.scattering_orders", TWILIGHT_FIELD(solver.scattering_orders),
      "scattering events followed, 1..500; auto: 8 for cells, until order_tolerance for orders, "
-     "until roulette ends the path for monte-carlo", "auto"},
+     "until roulette ends the path for monte-carlo, 5 for bruneton", "auto"},
     {"solver.active_shell_stride", TWILIGHT_FIELD(solver.active_shell_stride),
      "cells: every n-th shell exchanges light, 1..32"},
     {"solver.active_shell_weighting", TWILIGHT_FIELD(solver.active_shell_weighting),
@@ -219,16 +220,65 @@ constexpr SceneKey kKeys[] = {
      "cie-clear, cie-overcast: 0..1e6; auto: Preetham's of the turbidity, or Krochmann & Seidl's for "
      "overcast", "auto"},
 
+    {"nishita.converged", TWILIGHT_FIELD(nishita.converged),
+     "steps that converge to 1e-4 in place of the samples, true or false"},
+    {"nishita.view_samples", TWILIGHT_FIELD(nishita.view_samples),
+     "even segments of the view ray, 1..100000; 16: the lesson's"},
+    {"nishita.light_samples", TWILIGHT_FIELD(nishita.light_samples),
+     "even segments of each ray to the Sun, 1..100000; 8: the lesson's"},
+
+    {"hoffman_preetham.haze", TWILIGHT_FIELD(hoffman_preetham.haze),
+     "none, light haze, heavy haze, light fog, or heavy fog (their Table 1)"},
+    {"hoffman_preetham.haze_scattering_per_km",
+     TWILIGHT_FIELD(hoffman_preetham.haze_scattering_per_km),
+     "three values 0..100 per km at 650, 570 and 475 nm in place of the table's"},
+    {"hoffman_preetham.haze_absorption_per_km",
+     TWILIGHT_FIELD(hoffman_preetham.haze_absorption_per_km), "of the haze, grey, 0..100 per km"},
+    {"hoffman_preetham.asymmetry", TWILIGHT_FIELD(hoffman_preetham.asymmetry),
+     "their g, -1000..1000 (negative: forward); auto: the table's", "auto"},
+    {"hoffman_preetham.phase", TWILIGHT_FIELD(hoffman_preetham.phase),
+     "normalised (Henyey-Greenstein of the printed function's shape, bright towards the Sun), or "
+     "printed (to the letter)"},
+    {"bruneton.scattering_size", TWILIGHT_FIELD(bruneton.scattering_size),
+     "texels of the scattering table along radius, view zenith angle (even), solar zenith angle and "
+     "the angle between; each 2..512"},
+    {"bruneton.transmittance_size", TWILIGHT_FIELD(bruneton.transmittance_size),
+     "texels of the transmittance table along radius and zenith angle, each 2..4096"},
+    {"bruneton.irradiance_size", TWILIGHT_FIELD(bruneton.irradiance_size),
+     "texels of the irradiance table along radius and solar zenith angle, each 2..4096"},
+    {"bruneton.proportional_mie", TWILIGHT_FIELD(bruneton.proportional_mie),
+     "keep single Mie scattering at the wavelength nearest 680 nm and take the others in "
+     "proportion (the paper's four values), true or false"},
+    {"bruneton.sun_interpolation", TWILIGHT_FIELD(bruneton.sun_interpolation),
+     "between the table's Suns at run time: linear (the paper), or cubic (better below the horizon)"},
+    {"bruneton.view_samples", TWILIGHT_FIELD(bruneton.view_samples),
+     "nodes along a view in the precomputation, 8..512"},
+    {"bruneton.polar_directions", TWILIGHT_FIELD(bruneton.polar_directions),
+     "zenith angles of arriving light in the precomputation, even, 4..256"},
+    {"bruneton.azimuth_directions", TWILIGHT_FIELD(bruneton.azimuth_directions),
+     "its azimuths over half a turn, 4..256"},
+
     {"output.projection", TWILIGHT_FIELD(output.projection),
-     "fisheye, latlong, or octahedral"},
+     "fisheye, latlong, octahedral, or camera (see [camera])"},
     {"output.size", TWILIGHT_FIELD(output.size),
-     "height in pixels, 4..16384; a latlong map is twice as wide"},
+     "height in pixels, 4..16384; a latlong map is twice as wide, a camera's camera.aspect_ratio "
+     "times"},
     {"output.channels", TWILIGHT_FIELD(output.channels),
      "rgb, xyz, rgb+spectral, or xyz+spectral (the spectrum goes to a second file)"},
     {"output.colour_observer", TWILIGHT_FIELD(output.colour_observer),
      "cie1931 (2 degrees), or cie1964 (10 degrees, the paper)"},
     {"output.sun_disc", TWILIGHT_FIELD(output.sun_disc),
      "whether the Sun's disc is drawn, true or false"},
+
+    {"camera.azimuth_deg", TWILIGHT_FIELD(camera.azimuth_deg),
+     "where the camera looks, degrees clockwise from north, -360..360; auto: towards the Sun",
+     "auto"},
+    {"camera.elevation_deg", TWILIGHT_FIELD(camera.elevation_deg),
+     "above the horizon, -90..90 degrees"},
+    {"camera.field_of_view_deg", TWILIGHT_FIELD(camera.field_of_view_deg),
+     "from bottom to top, 0.1..170 degrees"},
+    {"camera.aspect_ratio", TWILIGHT_FIELD(camera.aspect_ratio),
+     "width over height, 0.2..5; pixels are square"},
 };
 // clang-format on
 
@@ -632,6 +682,24 @@ std::string printed_value(const SceneKey& key, Scene& scene) {
   return text.empty() && !key.unset_word.empty() ? toml_string(key.unset_word) : text;
 }
 
+// All that follows the reading of a scene's text. Its complaints name the file.
+void finish(LoadedScene& loaded, std::span<const std::string> overrides) {
+  for (const std::string& assignment : overrides) apply_override(loaded, assignment);
+  resolve_quality(loaded);
+  if (loaded.scene.atmosphere.optical_layers) resolve_optical_layers(loaded);
+  if (loaded.scene.solver.method.starts_with(kFitMethodPrefix)) resolve_fit(loaded);
+
+  const Scene& scene = loaded.scene;
+  if (const auto problem = validate(scene))
+    throw std::invalid_argument(loaded.complaint(problem->key, problem->message));
+  if (!scene.sun.elevation_deg && loaded.origin.contains("sun.azimuth_deg")) {
+    throw std::invalid_argument(loaded.complaint(
+        "sun.azimuth_deg", fmt::format("= {}: must only be given together with sun.elevation_deg; "
+                                       "place and time say where the Sun is",
+                                       scene.sun.azimuth_deg)));
+  }
+}
+
 }  // namespace
 
 std::span<const SceneKey> scene_keys() { return kKeys; }
@@ -649,20 +717,16 @@ LoadedScene load_scene(const std::filesystem::path& file, std::span<const std::s
   LoadedScene loaded;
   loaded.file = file;
   read_file(loaded, not_of_scene);
-  for (const std::string& assignment : overrides) apply_override(loaded, assignment);
-  resolve_quality(loaded);
-  if (loaded.scene.atmosphere.optical_layers) resolve_optical_layers(loaded);
-  if (loaded.scene.solver.method.starts_with(kFitMethodPrefix)) resolve_fit(loaded);
+  finish(loaded, overrides);
+  return loaded;
+}
 
-  const Scene& scene = loaded.scene;
-  if (const auto problem = validate(scene))
-    throw std::invalid_argument(loaded.complaint(problem->key, problem->message));
-  if (!scene.sun.elevation_deg && loaded.origin.contains("sun.azimuth_deg")) {
-    throw std::invalid_argument(loaded.complaint(
-        "sun.azimuth_deg", fmt::format("= {}: must only be given together with sun.elevation_deg; "
-                                       "place and time say where the Sun is",
-                                       scene.sun.azimuth_deg)));
-  }
+LoadedScene load_scene_text(const std::string& toml, const std::filesystem::path& name,
+                            std::span<const std::string> overrides) {
+  LoadedScene loaded;
+  loaded.file = name;
+  read_text(loaded, toml, name.string());
+  finish(loaded, overrides);
   return loaded;
 }
 

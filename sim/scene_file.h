@@ -62,6 +62,11 @@ LoadedScene load_scene(const std::filesystem::path& file,
 /// "; did you mean 'x'?", or nothing where no known key is near.
 std::string suggested_key(std::string_view unknown);
 
+/// As load_scene() of a file that holds `toml`; `name` stands for the file in complaints, and its
+/// folder is where relative paths start.
+LoadedScene load_scene_text(const std::string& toml, const std::filesystem::path& name,
+                            std::span<const std::string> overrides = {});
+
 /// The options that TOML text holds, as to_toml() writes it; `origin` names it in complaints. Reads
 /// no other file and does not validate. Throws std::invalid_argument as load_scene does for
 /// syntax errors, unknown tables and keys and wrong types.

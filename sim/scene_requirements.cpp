@@ -325,7 +325,7 @@ class Pilot {
     constexpr double kUseless = 0.3;
     const std::vector<double>& all = scene_.spectrum.wavelengths_nm;
     result.spectra.push_back({all, 0.0});
-    if (all.size() < 4 || scene_.atmosphere.optical_layers) return;
+    if (all.size() < 4 || replaces_profile(scene_)) return;
     Scene clear = scene_;
     clear.aerosols.mixing_layer = clear.aerosols.free_troposphere = false;
     clear.aerosols.stratosphere = false;
@@ -415,7 +415,7 @@ std::string_view effect_name(Effect effect) {
 bool can_leave_out(const Scene& scene, Effect effect) {
   const AtmosphereOptions& air = scene.atmosphere;
   const AerosolOptions& aerosols = scene.aerosols;
-  const bool own_layers = air.optical_layers.has_value();
+  const bool own_layers = replaces_profile(scene);
   const bool particles =
       !own_layers && aerosols.type != "none" && aerosols.optical_depth_550nm.value_or(1.0) > 0;
   const double height_km = observer_altitude_km(scene);

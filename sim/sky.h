@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -30,6 +31,13 @@ struct Irradiance {
 struct StokesRadiance {
   std::vector<double> i, q, u;
   std::vector<double> standard_error;
+};
+
+/// What the air between the observer and a distant object does (aerial perspective): the share of
+/// the object's light that arrives, and the light that the air adds, W m^-2 sr^-1 nm^-1, both per
+/// wavelength.
+struct AerialLight {
+  std::vector<double> transmittance, inscattered;
 };
 
 /// Where a solved sky came from: figures a run prints and an image's attributes carry.
@@ -66,6 +74,20 @@ class Sky {
   virtual double apparent_sun_elevation_rad() const = 0;
   virtual std::vector<double> sun_transmittance() const = 0;
   virtual const RunSummary& summary() const = 0;
+  /// Aerial perspective over distance_km (>= 0) along a view; the path ends at the ground if that
+  /// is nearer. Nothing where the method knows none.
+  virtual std::optional<AerialLight> aerial_light(const ViewDirection& view,
+                                                  double distance_km) const {
+    static_cast<void>(view), static_cast<void>(distance_km);
+    return std::nullopt;
+  }
+  /// The same air, ground and observer under another Sun (geometric elevation, rad; its azimuth,
+  /// distance and irradiance stay), where that shares work with this sky; null where it must be
+  /// solved anew. Throws as the solver's constructor does.
+  virtual std::unique_ptr<Sky> with_sun_at(double sun_elevation_rad) const {
+    static_cast<void>(sun_elevation_rad);
+    return nullptr;
+  }
 };
 
 }  // namespace twilight

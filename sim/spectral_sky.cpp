@@ -136,4 +136,19 @@ std::vector<double> SpectralSky::sun_transmittance() const {
   return out;
 }
 
+std::optional<AerialLight> SpectralSky::aerial_light(const ViewDirection& view,
+                                                     double distance_km) const {
+  std::optional<AerialLight> light = solved_->aerial_light(view, distance_km);
+  if (!light) return light;
+  std::vector<double> transmittance(interpolation_.wanted());
+  interpolation_.logarithmic(light->transmittance, transmittance);
+  return AerialLight{std::move(transmittance), per_sunlight(light->inscattered)};
+}
+
+std::unique_ptr<Sky> SpectralSky::with_sun_at(double sun_elevation_rad) const {
+  std::unique_ptr<Sky> other = solved_->with_sun_at(sun_elevation_rad);
+  if (!other) return nullptr;
+  return std::make_unique<SpectralSky>(std::move(other), wavelength_nm_, solar_irradiance_);
+}
+
 }  // namespace twilight

@@ -56,6 +56,9 @@ class SpectralSky : public Sky {
   }
   std::vector<double> sun_transmittance() const override;
   const RunSummary& summary() const override { return solved_->summary(); }
+  std::optional<AerialLight> aerial_light(const ViewDirection& view,
+                                          double distance_km) const override;
+  std::unique_ptr<Sky> with_sun_at(double sun_elevation_rad) const override;
 
  private:
   std::vector<double> per_sunlight(const std::vector<double>& values) const;

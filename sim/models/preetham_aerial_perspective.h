@@ -49,8 +49,8 @@ AerialIntegrals aerial_integrals_level(const AerialPath& path, const AerialAir& 
 AerialIntegrals aerial_integrals_hermite(const AerialPath& path, const AerialAir& air);
 
 /// What inscattered() uses: Eq. 10 where alpha1 |s cos theta| < 1e-3, else the Hermite form over
-/// pieces of the path short enough for it (a quarter of a scale height of haze, an optical depth of 0.4):
-/// within 3e-4 of the numerical integral, >= 0.
+/// pieces of the path short enough for it (a quarter of a scale height of haze, an optical depth of
+/// 0.4): within 3e-4 of the numerical integral, >= 0.
 AerialIntegrals aerial_integrals(const AerialPath& path, const AerialAir& air);
 
 /// The same integrals by composite Gauss-Legendre quadrature to 1e-10, the judge of the others.

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <stdexcept>
 
 #include "sim/models/preetham_sun_position.h"
 #include "sim/models/preetham_sunlight.h"
@@ -154,6 +155,20 @@ void PreethamSky::spectrum(const ViewDirection& view, std::span<double> out) con
 
 std::vector<double> PreethamSky::sun_transmittance() const {
   return clear_sun_transmittance(model_, turbidity_, model_.sun_elevation_rad);
+}
+
+std::optional<AerialLight> PreethamSky::aerial_light(const ViewDirection& view,
+                                                     double distance_km) const {
+  if (!(distance_km >= 0) || !std::isfinite(distance_km)) {
+    throw std::invalid_argument("the distance along a view must be finite and at least 0 km");
+  }
+  std::call_once(air_made_, [&] {
+    air_ = std::make_unique<const PreethamAerialPerspective>(*this, turbidity_);
+  });
+  // Their observer stands on the ground: nothing lies in front of it below the horizon.
+  const AerialPath path{0.0, std::max(0.0, view.elevation_rad),
+                        view.elevation_rad < 0 ? 0.0 : distance_km};
+  return AerialLight{air_->transmittance(path), air_->inscattered(path, view.relative_azimuth_rad)};
 }
 
 }  // namespace twilight

@@ -1,11 +1,14 @@
 // The daylight model of Preetham, Shirley & Smits (1999): solver.method "preetham".
 #pragma once
 
+#include <memory>
+#include <mutex>
 #include <vector>
 
 #include "sim/models/daylight_spectrum.h"
 #include "sim/models/model_sky.h"
 #include "sim/models/perez.h"
+#include "sim/models/preetham_aerial_perspective.h"
 
 namespace twilight {
 
@@ -47,6 +50,9 @@ class PreethamSky final : public HemisphereSky {
  public:
   explicit PreethamSky(const SceneModel& model);
   std::vector<double> sun_transmittance() const override;
+  /// PreethamAerialPerspective over their flat ground, from its surface.
+  std::optional<AerialLight> aerial_light(const ViewDirection& view,
+                                          double distance_km) const override;
 
  protected:
   void spectrum(const ViewDirection& view, std::span<double> out) const override;
@@ -60,6 +66,8 @@ class PreethamSky final : public HemisphereSky {
   PreethamZenith zenith_;    // as published
   PreethamZenith per_form_;  // over F(0, Sun's zenith angle)
   DaylightSpectrum daylight_;
+  mutable std::once_flag air_made_;
+  mutable std::unique_ptr<const PreethamAerialPerspective> air_;
 };
 
 }  // namespace twilight

@@ -165,6 +165,99 @@ TEST(SolidAngle, HemisphereIsTwoPi) {
   }
 }
 
+// --- The camera ---
+
+CameraView camera(double azimuth_deg, double elevation_deg, double field_of_view_deg,
+                  double aspect_ratio = 1.5) {
+  constexpr double kRad = pi / 180.0;
+  return {azimuth_deg * kRad, elevation_deg * kRad, field_of_view_deg * kRad, aspect_ratio};
+}
+
+TEST(Camera, PixelsComeBack) {
+  for (const CameraView& view : {camera(0, 0, 65), camera(200, -50, 100, 0.7), camera(30, 90, 40),
+                                 camera(30, -90, 170, 5), camera(350, 20, 0.5, 1)}) {
+    for (const int size : {1, 7, 64}) {
+      for (int y = 0; y < map_height(view, size); ++y) {
+        for (int x = 0; x < map_width(view, size); ++x) {
+          const auto direction = direction_of_pixel(view, size, x, y);
+          ASSERT_TRUE(direction);
+          const auto back = pixel_of_direction(view, size, *direction);
+          ASSERT_TRUE(back);
+          EXPECT_NEAR(back->x, x + 0.5, 1e-8);
+          EXPECT_NEAR(back->y, y + 0.5, 1e-8);
+        }
+      }
+    }
+  }
+}
+
+TEST(Camera, CentreIsWhereItLooksAndEastIsRightOfNorth) {
+  const MapProjection view = camera(0, 10, 60);
+  const auto centre = direction_at(view, 100, {75, 50});
+  EXPECT_NEAR(centre->elevation_rad, pi / 18, 1e-12);
+  EXPECT_NEAR(std::remainder(centre->azimuth_rad, 2 * pi), 0.0, 1e-12);
+  const auto right = direction_at(view, 100, {140, 50});
+  EXPECT_GT(right->azimuth_rad, 0.0);
+  EXPECT_LT(right->azimuth_rad, 0.5 * pi);
+  EXPECT_GT(direction_at(view, 100, {75, 5})->elevation_rad, centre->elevation_rad);
+}
+
+// tan(30 deg) above the axis at the upper edge; the horizon is a straight level line.
+TEST(Camera, FieldOfViewIsFromBottomToTop) {
+  const MapProjection level = camera(90, 0, 60);
+  EXPECT_NEAR(direction_at(level, 100, {75, 0})->elevation_rad, pi / 6, 1e-12);
+  EXPECT_NEAR(direction_at(level, 100, {75, 100})->elevation_rad, -pi / 6, 1e-12);
+  EXPECT_NEAR(direction_at(level, 100, {10, 50})->elevation_rad, 0.0, 1e-12);
+  const MapProjection up = camera(90, 25, 60);
+  const double row = pixel_of_direction(up, 100, {0.0, 0.5 * pi})->y;
+  EXPECT_NEAR(pixel_of_direction(up, 100, {0.0, 0.5 * pi + 0.4})->y, row, 1e-9);
+  EXPECT_NEAR(row, 50 + 50 * std::tan(25 * pi / 180) / std::tan(pi / 6), 1e-9);
+}
+
+TEST(Camera, SeesOnlyItsFrame) {
+  const MapProjection view = camera(0, 0, 60);
+  EXPECT_FALSE(pixel_of_direction(view, 100, kSouth));
+  EXPECT_FALSE(pixel_of_direction(view, 100, kZenith));
+  EXPECT_FALSE(pixel_of_direction(view, 100, kEast));
+  EXPECT_TRUE(pixel_of_direction(view, 100, kNorth));
+}
+
+TEST(Camera, WidthFollowsTheAspectRatio) {
+  EXPECT_EQ(map_width(camera(0, 0, 60, 1.5), 100), 150);
+  EXPECT_EQ(map_width(camera(0, 0, 60, 0.2), 1), 1);
+  EXPECT_EQ(map_height(camera(0, 0, 60, 1.5), 100), 100);
+}
+
+// A rectangle of half angles a, b: 4 asin(sin a' sin b'), here 4 atan(u v / sqrt(1 + u^2 + v^2)).
+TEST(Camera, SolidAnglesSumToTheFrustums) {
+  for (const double field_deg : {1.0, 65.0, 150.0}) {
+    const MapProjection view = camera(40, 15, field_deg, 1.5);
+    for (const int size : {2, 60}) {
+      double sum = 0;
+      for (int y = 0; y < size; ++y) {
+        for (int x = 0; x < map_width(view, size); ++x) {
+          sum += pixel_solid_angle_sr(view, size, x, y);
+        }
+      }
+      const double v = std::tan(0.5 * field_deg * pi / 180), u = 1.5 * v;
+      const double frustum = 4 * std::asin(u * v / std::sqrt((1 + u * u) * (1 + v * v)));
+      EXPECT_NEAR(sum / frustum, 1.0, 1e-9) << field_deg << " " << size;
+    }
+  }
+  // 90 degrees, square: a sixth of the sphere.
+  EXPECT_NEAR(pixel_solid_angle_sr(camera(0, 0, 90, 1), 1, 0, 0), 4 * pi / 6, 1e-12);
+}
+
+TEST(Camera, RefusesBadInput) {
+  EXPECT_THROW(map_width(camera(0, 0, 180), 10), std::invalid_argument);
+  EXPECT_THROW(map_width(camera(0, 0, 0), 10), std::invalid_argument);
+  EXPECT_THROW(map_width(camera(0, 91, 60), 10), std::invalid_argument);
+  EXPECT_THROW(map_width(camera(0, 0, 60, 0.1), 10), std::invalid_argument);
+  EXPECT_THROW(map_width(camera(std::nan(""), 0, 60), 10), std::invalid_argument);
+  EXPECT_EQ(projection_from_name("camera"), Projection::kCamera);
+  EXPECT_EQ(projection_name(Projection::kCamera), "camera");
+}
+
 TEST(Projection, RefusesBadInput) {
   EXPECT_THROW(map_width(Projection::kLatLong, 0), std::invalid_argument);
   EXPECT_THROW(map_width(Projection::kLatLong, 16385), std::invalid_argument);

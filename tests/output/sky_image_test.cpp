@@ -104,6 +104,28 @@ TEST(SkyImage, MirrorIsAnInvolutionAndNegatesTheAzimuth) {
   EXPECT_FALSE(mirrored_pixel(Projection::kLatLong, 12, 0.3, 1, 1));
 }
 
+// The same for a camera towards the Sun, away from it, and aside, where nothing mirrors.
+TEST(SkyImage, CameraMirrorsBeforeAndBehindTheSun) {
+  const auto formula = [](const ViewDirection& v, double) {
+    return 3.0 + v.elevation_rad + std::cos(v.relative_azimuth_rad);
+  };
+  for (const double sun_deg : {40.0, 220.0, 80.0}) {
+    const FakeSky half({550.0}, formula), whole({550.0}, formula);
+    const CameraView camera{.azimuth_rad = deg(40), .elevation_rad = deg(-20)};
+    const MapSettings exact{.projection = camera, .size = 25, .sun_azimuth_rad = deg(sun_deg)};
+    MapSettings turned = exact;
+    turned.sun_azimuth_rad += 1e-6;
+    const auto a = render_map(half, integrator_of(half), exact);
+    const auto b = render_map(whole, integrator_of(whole), turned);
+    EXPECT_EQ(a.colour.width, 38);
+    EXPECT_EQ(a.sky_pixels, 38U * 25);
+    EXPECT_EQ(half.views_asked(), sun_deg == 80.0 ? 38U * 25 : 38U * 25 / 2);
+    for (std::size_t i = 0; i < a.colour.pixels.size(); ++i) {
+      ASSERT_NEAR(a.colour.pixels[i], b.colour.pixels[i], 2e-5f * (1.0f + b.colour.pixels[i]));
+    }
+  }
+}
+
 TEST(SkyImage, AnEvenSkyHasOneValueAndEmptyCorners) {
   const FakeSky sky(fifteen_wavelengths_nm(), [](const ViewDirection&, double) { return 0.01; });
   MapSettings settings{.size = 33, .spectral = true};
@@ -198,6 +220,18 @@ TEST(SunDisc, CarriesTheSunsIrradiance) {
             << projection_name(projection) << size << " " << elevation_deg;
       }
     }
+  }
+  const MapProjection camera = CameraView{
+      .azimuth_rad = deg(70.0), .elevation_rad = deg(10.0), .field_of_view_rad = deg(30.0)};
+  for (const int size : {4, 31, 512, 2048}) {
+    double sum = 0.0;
+    const auto width = static_cast<std::size_t>(map_width(camera, size));
+    for (const auto& [index, fraction] :
+         sun_disc_coverage(camera, size, {deg(12.0), deg(77.0)}, 0.0)) {
+      sum += fraction * pixel_solid_angle_sr(camera, size, static_cast<int>(index % width),
+                                             static_cast<int>(index / width));
+    }
+    EXPECT_NEAR(sum / sun_disc_solid_angle_sr(), 1.0, 1e-9) << size;
   }
   sky.set_sun(deg(5.0), 0.25);
   for (int size : {8, 300}) {

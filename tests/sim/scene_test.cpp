@@ -82,6 +82,20 @@ TEST(Scene, EveryNumberIsKeptToItsClosedRange) {
        [](Scene& s, double v) { s.solver.phase_degree = static_cast<int>(v); }},
       {"solver.threads", 0, 1024,
        [](Scene& s, double v) { s.solver.threads = static_cast<int>(v); }},
+      {"nishita.view_samples", 1, 100000,
+       [](Scene& s, double v) { s.nishita.view_samples = static_cast<int>(v); }},
+      {"nishita.light_samples", 1, 100000,
+       [](Scene& s, double v) { s.nishita.light_samples = static_cast<int>(v); }},
+      {"hoffman_preetham.haze_absorption_per_km", 0, 100,
+       [](Scene& s, double v) { s.hoffman_preetham.haze_absorption_per_km = v; }},
+      {"hoffman_preetham.asymmetry", -1000, 1000,
+       [](Scene& s, double v) { s.hoffman_preetham.asymmetry = v; }},
+      {"hoffman_preetham.haze_scattering_per_km", 0, 100,
+       [](Scene& s, double v) {
+         s.hoffman_preetham.haze_scattering_per_km = {0.1, 0.1, v};
+       }},
+      {"camera.azimuth_deg", -360, 360, [](Scene& s, double v) { s.camera.azimuth_deg = v; }},
+      {"camera.elevation_deg", -90, 90, [](Scene& s, double v) { s.camera.elevation_deg = v; }},
       {"output.size", 4, 16384, [](Scene& s, double v) { s.output.size = static_cast<int>(v); }},
   };
   for (const Range& range : ranges) {
@@ -109,6 +123,9 @@ TEST(Scene, EveryFractionIsKeptToItsClosedRange) {
   const Range ranges[] = {
       {"solver.zenith_step_deg", 0.1, 3, "0.1..3",
        [](Scene& s) { return &s.solver.zenith_step_deg; }},
+      {"camera.field_of_view_deg", 0.1, 170, "0.1..170",
+       [](Scene& s) { return &s.camera.field_of_view_deg; }},
+      {"camera.aspect_ratio", 0.2, 5, "0.2..5", [](Scene& s) { return &s.camera.aspect_ratio; }},
       {"solver.order_tolerance", 1e-8, 0.1, "1e-08..0.1",
        [](Scene& s) { return &s.solver.order_tolerance; }},
       {"solver.target_relative_error", 1e-5, 1, "1e-05..1",
@@ -190,10 +207,18 @@ TEST(Scene, EveryWordIsOneOfItsList) {
       {"solver.cell_optics", [](Scene& s) { s.solver.cell_optics = "sodium"; }},
       {"solver.gather", [](Scene& s) { s.solver.gather = "sodium"; }},
       {"output.projection", [](Scene& s) { s.output.projection = "sodium"; }},
+      {"hoffman_preetham.haze", [](Scene& s) { s.hoffman_preetham.haze = "sodium"; }},
+      {"hoffman_preetham.phase", [](Scene& s) { s.hoffman_preetham.phase = "sodium"; }},
       {"output.channels", [](Scene& s) { s.output.channels = "sodium"; }},
       {"output.colour_observer", [](Scene& s) { s.output.colour_observer = "sodium"; }},
   };
   for (const auto& [key, change] : words) expect_refused(key, {"\"sodium\"", "must be"}, change);
+}
+
+TEST(Scene, HazeScatteringIsThreeValues) {
+  expect_refused("hoffman_preetham.haze_scattering_per_km", {"2 values", "three"}, [](Scene& s) {
+    s.hoffman_preetham.haze_scattering_per_km = {0.1, 0.2};
+  });
 }
 
 TEST(Scene, AzimuthDivisionsAreEven) {
