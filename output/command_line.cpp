@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -38,6 +39,19 @@ double elevation_of(std::string_view text, std::string_view what) {
 
 double azimuth_of(std::string_view text, std::string_view what) {
   return number_in(text, -360.0, 360.0, what);
+}
+
+// "30,5,-6": distinct elevations of the Sun.
+std::vector<double> parse_fit_suns(const std::string& list) {
+  std::vector<double> suns;
+  for (const std::string_view cell : split_at_commas(list)) {
+    const double sun = elevation_of(cell, fmt::format("--suns {}: elevation of the Sun", list));
+    if (std::ranges::find(suns, sun) != suns.end()) {
+      throw std::invalid_argument(fmt::format("--suns {}: {} is given twice", list, sun));
+    }
+    suns.push_back(sun);
+  }
+  return suns;
 }
 
 CLI::App* add_command(CLI::App& app, CommandLine& line, Command command, const char* name,
@@ -97,6 +111,46 @@ void add_tradeoff(CLI::App& app, CommandLine& line) {
   rung->group("");  // of the program's own use
   rung->add_option("--suns", options.suns)->required();
   rung->add_option("--parent", line.parent)->required();
+}
+
+// One command per form: `twilight fit perez SCENE`.
+void add_fit(CLI::App& app, CommandLine& line) {
+  CLI::App* fit = app.add_subcommand(
+      "fit", "a form's coefficients from simulated skies, for solver.method \"fit:FILE\"");
+  fit->require_subcommand(1);
+  const auto add = [&](SkyForm form, const char* what) {
+    const std::string name(sky_form_name(form));
+    CLI::App* sub = add_command(*fit, line, Command::kFit, name.c_str(), what);
+    sub->callback([&line, form] {
+      line.command = Command::kFit;
+      line.fit.form = form;
+    });
+    sub->get_option("SCENE")->description("scene file, or study (a scene and [[axis]] tables)");
+    sub->add_option("-o,--output", line.fit_output, "file to write (JSON)")->required();
+    sub->add_option_function<std::string>(
+           "--quantity",
+           [&line](const std::string& word) { line.fit.quantity = fit_quantity_from_name(word); },
+           "spectral (radiance per wavelength), or luminance-chromaticity (Y, x, y) [spectral]")
+        ->check(CLI::IsMember({"spectral", "luminance-chromaticity"}));
+    sub->add_option("--iterations", line.fit.most_iterations,
+                    "most steps of a search; one that needs more has not converged, which the file "
+                    "and the exit code say")
+        ->check(CLI::Range(1, 100000))
+        ->capture_default_str();
+    sub->add_option_function<std::string>(
+           "--suns",
+           [&line](const std::string& list) {
+             try {
+               line.fit_suns_deg = parse_fit_suns(list);
+             } catch (const std::invalid_argument& error) {
+               throw CLI::ValidationError(error.what());
+             }
+           },
+           "elevations of the Sun, degrees, where the study has no such axis [60..-12, 23 of them]")
+        ->allow_extra_args(false);
+  };
+  add(SkyForm::kPerez, "five parameters: Perez, Seals & Michalsky 1993");
+  add(SkyForm::kHosek, "nine parameters: Hosek & Wilkie 2012");
 }
 
 void add_views(CLI::App* sub, CommandLine& line) {
@@ -198,6 +252,7 @@ ParsedCommandLine parse_command_line(int argc, const char* const* argv) {
   add_command(app, line, Command::kOptics, "optics", "the layers of the atmosphere, as CSV");
 
   add_tradeoff(app, line);
+  add_fit(app, line);
   add_compare(app, line);
 
   try {

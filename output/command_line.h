@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "output/sky_comparison.h"
+#include "output/sky_fit.h"
 #include "output/tradeoff.h"
 #include "sim/sky.h"
 
@@ -31,7 +32,8 @@ enum class Command {
   kCompare,
   kAerial,
   kTradeoff,
-  kTradeoffRung
+  kTradeoffRung,
+  kFit
 };
 
 /// A view as the user gave it, in degrees.
@@ -58,6 +60,10 @@ struct CommandLine {
   std::vector<double> distances_km;  ///< aerial, 0..1e5
   /// tradeoff; its scene and overrides are those above.
   TradeoffOptions tradeoff;
+  /// fit: form and quantity, the Suns of a study that names none, and the file to write.
+  SkyFitOptions fit;
+  std::vector<double> fit_suns_deg;
+  std::filesystem::path fit_output;
   ComparisonOptions comparison;  ///< compare; its overrides are those above
   int parent = 0;                ///< tradeoff-rung: the process that measures it
 

@@ -29,10 +29,14 @@
 #include "output/csv_table.h"
 #include "output/exr_image.h"
 #include "output/field_file.h"
+#include "output/fit_file.h"
+#include "output/fit_report.h"
 #include "output/photometry.h"
 #include "output/preview.h"
 #include "output/scene_colour.h"
+#include "output/sky_fit.h"
 #include "output/sky_image.h"
+#include "output/study_axes.h"
 #include "output/tradeoff.h"
 #include "output/tradeoff_report.h"
 #include "sim/budget_plan.h"
@@ -635,6 +639,26 @@ void tradeoff(Run& run) {
   }
 }
 
+// Coefficients to the file, their goodness to standard output.
+void fit(Run& run, const Study& study) {
+  const CommandLine& line = run.line;
+  checking_input([&] { require_output(line.fit_output, ".json"); });
+  run.foretell(fit_views().size() * study.nodes());
+  const SkyFit result = run.timed("fit", [&] { return fit_skies(study, line.fit, run.control()); });
+  AtomicFile file(line.fit_output);
+  write_fit(file, result, fmt::format("twilight {}", kVersion));
+  file.commit();
+  run.progress.clear();
+  fit_goodness_table(result).write("-", std::cout);
+  auto figures = fit_figures(result);
+  figures.emplace_back("written", line.fit_output.string());
+  run.summarise({}, figures);
+  if (result.not_converged == 0) return;
+  throw std::runtime_error(fmt::format("{} of {} searches did not converge; {} flags them",
+                                       result.not_converged, result.channels.size(),
+                                       line.fit_output.string()));
+}
+
 void compare(const CommandLine& line, spdlog::logger& log) {
   const ComparisonPlan plan = checking_input([&] {
     ComparisonOptions options = line.comparison;
@@ -669,7 +693,12 @@ bool solves(Command command) {
 void run_command(const CommandLine& line, spdlog::logger& log) {
   if (line.command == Command::kTradeoffRung) return tradeoff_rung(line);
   if (line.command == Command::kCompare) return compare(line, log);
-  const LoadedScene loaded = checking_input([&] { return load_scene(line.scene, line.overrides); });
+  std::optional<Study> study;
+  const LoadedScene loaded = checking_input([&] {
+    if (line.command != Command::kFit) return load_scene(line.scene, line.overrides);
+    study = study_for_fit(load_study(line.scene, line.overrides), line.fit_suns_deg);
+    return study->scene;
+  });
   Run run(line, loaded.scene, log);
   if (line.print_config) {
     if (solves(line.command)) run.choose_settings();
@@ -703,6 +732,8 @@ void run_command(const CommandLine& line, spdlog::logger& log) {
       run.scene.quality.reset();
       run.scene.budget = {};
       return tradeoff(run);
+    case Command::kFit:
+      return fit(run, *study);
     case Command::kCompare:
     case Command::kTradeoffRung:
       return;  // have no scene of their own

@@ -13,6 +13,7 @@
 #include <stdexcept>
 
 #include "atmosphere/optical_layers.h"
+#include "sim/models/fit_coefficients.h"
 #include "sim/quality.h"
 
 namespace twilight {
@@ -325,8 +326,7 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
   return row.back();
 }
 
-// "; did you mean 'x'?", or nothing where no known key is near. A known key in
-// the wrong table counts as near.
+// A known key in the wrong table counts as near.
 std::string suggestion(std::string_view unknown) {
   const std::string_view leaf = leaf_of(unknown);
   std::string_view best;
@@ -496,7 +496,8 @@ void assign_named(LoadedScene& loaded, std::string_view name, const toml::node& 
   loaded.origin[std::string(name)] = std::string(origin);
 }
 
-void read_text(LoadedScene& loaded, const std::string& text, const std::string& name) {
+void read_text(LoadedScene& loaded, const std::string& text, const std::string& name,
+               std::span<const std::string_view> not_of_scene = {}) {
   toml::table root;
   try {
     root = toml::parse(text, name);
@@ -506,6 +507,7 @@ void read_text(LoadedScene& loaded, const std::string& text, const std::string& 
   }
   for (const auto& [table_name, table_node] : root) {
     const std::string_view table_key = table_name.str();
+    if (std::ranges::find(not_of_scene, table_key) != not_of_scene.end()) continue;
     const auto line_of = [&](const toml::key& key) {
       return fmt::format("{}:{}", name, key.source().begin.line);
     };
@@ -532,12 +534,12 @@ void read_text(LoadedScene& loaded, const std::string& text, const std::string& 
   }
 }
 
-void read_file(LoadedScene& loaded) {
+void read_file(LoadedScene& loaded, std::span<const std::string_view> not_of_scene) {
   const std::string name = loaded.file.string();
   std::ifstream stream(loaded.file, std::ios::binary);
   if (!stream || std::filesystem::is_directory(loaded.file))
     throw std::runtime_error(fmt::format("{}: cannot read this scene file", name));
-  read_text(loaded, {std::istreambuf_iterator<char>(stream), {}}, name);
+  read_text(loaded, {std::istreambuf_iterator<char>(stream), {}}, name, not_of_scene);
 }
 
 void apply_override(LoadedScene& loaded, const std::string& assignment) {
@@ -593,6 +595,27 @@ void resolve_optical_layers(LoadedScene& loaded) {
     }
   }
   if (!scene.atmosphere.depolarisation) scene.atmosphere.depolarisation = 0.0;
+}
+
+// Finds a fit's coefficients beside the scene file and checks them whole; they come with their own
+// wavelengths.
+void resolve_fit(LoadedScene& loaded) {
+  std::string& method = loaded.scene.solver.method;
+  const std::string given = method.substr(kFitMethodPrefix.size());
+  std::filesystem::path file = given;
+  if (file.is_relative()) file = loaded.file.parent_path() / file;
+  file = file.lexically_normal();
+  if (given.empty() || !std::filesystem::is_regular_file(file)) {
+    throw std::invalid_argument(loaded.complaint(
+        "solver.method", fmt::format("= {}: must name a file that `twilight fit` made; there is "
+                                     "none at {}",
+                                     toml_string(method), file.string())));
+  }
+  method = fmt::format("{}{}", kFitMethodPrefix, file.string());
+  std::vector<double> held = read_fit_coefficients(file).wavelength_nm;
+  if (!loaded.origin.contains("spectrum.wavelengths_nm")) {
+    loaded.scene.spectrum.wavelengths_nm = std::move(held);
+  }
 }
 
 bool overridden(const LoadedScene& loaded, std::string_view key) {
@@ -664,6 +687,7 @@ void finish(LoadedScene& loaded, std::span<const std::string> overrides) {
   for (const std::string& assignment : overrides) apply_override(loaded, assignment);
   resolve_quality(loaded);
   if (loaded.scene.atmosphere.optical_layers) resolve_optical_layers(loaded);
+  if (loaded.scene.solver.method.starts_with(kFitMethodPrefix)) resolve_fit(loaded);
 
   const Scene& scene = loaded.scene;
   if (const auto problem = validate(scene))
@@ -686,10 +710,13 @@ std::string LoadedScene::complaint(std::string_view key, std::string_view messag
                      message);
 }
 
-LoadedScene load_scene(const std::filesystem::path& file, std::span<const std::string> overrides) {
+std::string suggested_key(std::string_view unknown) { return suggestion(unknown); }
+
+LoadedScene load_scene(const std::filesystem::path& file, std::span<const std::string> overrides,
+                       std::span<const std::string_view> not_of_scene) {
   LoadedScene loaded;
   loaded.file = file;
-  read_file(loaded);
+  read_file(loaded, not_of_scene);
   finish(loaded, overrides);
   return loaded;
 }

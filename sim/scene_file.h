@@ -35,7 +35,9 @@ std::span<const SceneKey> scene_keys();
 
 /// A valid scene, and where each of its values was said.
 struct LoadedScene {
-  Scene scene;  ///< valid; a relative optical_layers path is resolved against the file's folder
+  /// Valid; relative paths (optical_layers, a method "fit:FILE") are resolved against the file's
+  /// folder.
+  Scene scene;
   std::filesystem::path file;
   /// Key -> "scene.toml:12" or "--set solver.threads=2", for the keys that were given.
   std::map<std::string, std::string, std::less<>> origin;
@@ -47,12 +49,18 @@ struct LoadedScene {
 /// Reads a TOML scene file, applies `overrides` ("KEY=VALUE", VALUE typed as
 /// TOML; a bare word that is no TOML value is a string) in order, and validates.
 /// Where optical_layers is given, that file is checked whole; wavelengths_nm, if not given, become
-/// the file's own, and depolarisation 0 unless it is a number.
+/// the file's own, and depolarisation 0 unless it is a number. So is the file of a method
+/// "fit:FILE", whose wavelengths wavelengths_nm becomes if not given. Keys and tables at the top
+/// that are `not_of_scene` are left to others.
 /// Throws std::invalid_argument with one message `FILE:LINE: key 'x.y' = VALUE: RANGE`
 /// for syntax errors, unknown tables and keys, wrong types, numbers that are not
 /// finite and everything validate() refuses; std::runtime_error if the file cannot be read.
 LoadedScene load_scene(const std::filesystem::path& file,
-                       std::span<const std::string> overrides = {});
+                       std::span<const std::string> overrides = {},
+                       std::span<const std::string_view> not_of_scene = {});
+
+/// "; did you mean 'x'?", or nothing where no known key is near.
+std::string suggested_key(std::string_view unknown);
 
 /// As load_scene() of a file that holds `toml`; `name` stands for the file in complaints, and its
 /// folder is where relative paths start.

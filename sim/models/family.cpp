@@ -4,6 +4,7 @@
 
 #include "sim/models/bruneton_sky.h"
 #include "sim/models/cie_sky.h"
+#include "sim/models/fitted_sky.h"
 #include "sim/models/hoffman_preetham_sky.h"
 #include "sim/models/model_sky.h"
 #include "sim/models/nishita_sky.h"
@@ -19,6 +20,7 @@ std::unique_ptr<Sky> make_model_sky(const SceneModel& model, const RunControl& c
   if (method == "nishita") return std::make_unique<NishitaSky>(model);
   if (method == "hoffman-preetham") return std::make_unique<HoffmanPreethamSky>(model);
   if (method == "bruneton") return std::make_unique<BrunetonSky>(model, control);
+  if (method.starts_with(kFitMethodPrefix)) return make_fitted_sky(model);
   throw std::invalid_argument(fmt::format("key 'solver.method' = \"{}\": is not a method", method));
 }
 
