@@ -1,0 +1,402 @@
+#include "output/sky_tables.h"
+
+#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/task_arena.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "aerosols/cornette_shanks.h"
+#include "atmosphere/refraction.h"
+#include "sim/elapsed_time.h"
+#include "sim/observer_ray.h"
+#include "sim/sky_column.h"
+#include "sim/solver_arena.h"
+
+namespace twilight {
+namespace {
+
+using std::numbers::pi;
+constexpr double kDegree = pi / 180;
+// Views keep this clear of grazing the ground.
+constexpr double kClear_rad = 1e-7;
+constexpr std::size_t kAzimuths = 17;  // of the columns, evenly over half a turn
+constexpr std::size_t kScaleTexels = 256;
+// Samples at cosines that a view and a Sun cannot have lose weight with the distance from those
+// that they can have: neighbouring texels can.
+constexpr double kBeyond = 0.1, kLeastWeight = 0.01;
+
+double geometric_horizon_rad(const TableLayout& layout, double r_km) {
+  return -std::acos(std::min(1.0, layout.geometry().bottom_radius_km / r_km));
+}
+
+OrdersSky at_altitude(const TableSource& source, double altitude_km) {
+  SceneModel model = source.model;
+  model.scene.observer.height_m = 1e3 * altitude_km;
+  return {model, source.sky.atmosphere(), RunControl{}};
+}
+
+ChannelTriple not_negative(ChannelTriple value) {
+  for (double& v : value) v = std::max(v, 0.0);
+  return value;
+}
+
+// Rounds to float without leaving its range.
+float stored(double value) {
+  constexpr double kMost = 3e38;
+  return static_cast<float>(std::clamp(value, 0.0, kMost));
+}
+
+// Fills slices of the scattering table at one altitude.
+class SliceFiller {
+ public:
+  SliceFiller(const TableSource& source, const TableLayout& layout, const ScatteringFit& fit,
+              std::size_t slice)
+      : source_(source),
+        layout_(layout),
+        fit_(fit),
+        slice_(slice),
+        r_km_(layout.scattering_r_km(static_cast<double>(slice))),
+        altitude_km_(std::clamp(r_km_ - layout.geometry().bottom_radius_km, 0.0,
+                                source.model.medium.top_km())),
+        air_(*source.sky.atmosphere()),
+        rays_(air_, altitude_km_) {
+    const auto& middle = air_.colours[air_.middle_colour].rays;
+    horizon_rad_ = pi / 2 - middle.horizon_apparent_zenith_rad(altitude_km_);
+    std::vector<double> nodes;
+    for (std::size_t k = 0; k < kAzimuths; ++k) {
+      nodes.push_back(pi * static_cast<double>(k) / (kAzimuths - 1));
+    }
+    azimuths_ = CubicNodes(nodes, true);
+    const std::size_t suns = layout.sizes().mu_s;
+    gathers_.reserve(suns);
+    for (std::size_t s = 0; s < suns; ++s) {
+      const double mu_s = layout.scattering_mu_s(static_cast<double>(s));
+      const double zenith = std::acos(mu_s);
+      mu_s_.push_back(mu_s);
+      gathers_.emplace_back(air_, zenith, altitude_km_);
+    }
+    for (std::size_t s = 0; s < suns; ++s) {
+      columns_.emplace_back(air_, gathers_[s], std::acos(mu_s_[s]), false);
+    }
+  }
+
+  void fill(std::size_t j, SkyTables& out) {
+    const bool ground = layout_.meets_ground_texel(static_cast<double>(j));
+    if (ground && altitude_km_ <= 0) return;  // no air in between
+    const double mu = layout_.scattering_mu(r_km_, static_cast<double>(j));
+    double elevation =
+        apparent_elevation_rad(std::asin(mu), geometric_horizon_rad(layout_, r_km_), horizon_rad_);
+    elevation = ground ? std::min(elevation, horizon_rad_ - kClear_rad)
+                       : std::max(elevation, altitude_km_ > 0 ? horizon_rad_ + kClear_rad : 0.0);
+    const auto ray = rays_.at(elevation);
+    const std::size_t suns = mu_s_.size(), nus = layout_.sizes().nu;
+    for (std::size_t s = 0; s < suns; ++s) {
+      const ScatteringTexels texels = fit_.texels(samples(*ray, mu, elevation, s));
+      negative_ += static_cast<std::size_t>(texels.clamped);
+      for (std::size_t l = 0; l < nus; ++l) {
+        float* star = out.scattering.at(l * suns + s, j, slice_);
+        for (std::size_t c = 0; c < 3; ++c) star[c] = stored(texels.star[l][c]);
+        star[3] = stored(texels.mie[l][0]);
+        if (!out.single_mie) continue;
+        float* mie = out.single_mie->at(l * suns + s, j, slice_);
+        for (std::size_t c = 0; c < 3; ++c) mie[c] = stored(texels.mie[l][c]);
+      }
+    }
+  }
+
+  std::size_t negative() const { return negative_; }
+  std::size_t outside() const { return outside_; }
+
+ private:
+  std::vector<ScatteringSample> samples(const ObserverRay& ray, double mu, double elevation,
+                                        std::size_t s) {
+    const SkyColumns& light = columns_[s];
+    const std::vector<float> column = light.at(ray, azimuths_.nodes());
+    const double mu_s = mu_s_[s];
+    const double product = std::sqrt(std::max(0.0, (1 - mu * mu) * (1 - mu_s * mu_s)));
+    const std::size_t L = air_.lanes(), W = air_.wavelengths(), kinds = air_.kind_count();
+    std::vector<float> seen(L);
+    std::vector<double> mie(W);
+    std::vector<ScatteringSample> out;
+    for (const double nu : fit_.sample_nu()) {
+      const double beyond = std::max(0.0, std::abs(nu - mu * mu_s) - product);
+      const double cos_azimuth = product > 1e-9 ? (nu - mu * mu_s) / product : 0.0;
+      const double azimuth = std::acos(std::clamp(cos_azimuth, -1.0, 1.0));
+      SkyPoint p = light.point(elevation, azimuth);
+      if (beyond > 1e-9) {
+        p.along = static_cast<float>(nu);
+        p.below = 0;
+        p.across = static_cast<float>(std::sqrt(std::max(0.0, 1 - nu * nu)));
+      }
+      const CubicNodes::Stencil at = azimuths_.at(azimuth);
+      p.nodes = 4;
+      for (std::size_t k = 0; k < 4; ++k) {
+        p.node[k] = &column[at.node[k] * light.block()];
+        p.weight[k] = static_cast<float>(at.weight[k]);
+      }
+      sky_radiance(p, seen.data());
+      std::fill(mie.begin(), mie.end(), 0.0);
+      for (std::size_t q = 1; q <= kinds; ++q) {
+        for (std::size_t w = 0; w < W; ++w) {
+          double logarithm = 0;
+          for (std::size_t k = 0; k < 4; ++k) {
+            logarithm += at.weight[k] * static_cast<double>(p.node[k][(1 + q) * L + w]);
+          }
+          mie[w] += 4 * pi * std::exp(logarithm);
+        }
+      }
+      ScatteringSample sample;
+      sample.weight = std::max(kLeastWeight, std::exp(-beyond / kBeyond));
+      sample.radiance =
+          source_.channels.radiance(std::span<const float>(seen.data(), air_.wavelengths()));
+      for (const double value : sample.radiance) outside_ += value < 0 ? 1 : 0;
+      sample.radiance = not_negative(sample.radiance);
+      sample.mie = not_negative(source_.channels.radiance<double>(mie));
+      out.push_back(sample);
+    }
+    return out;
+  }
+
+  const TableSource& source_;
+  const TableLayout& layout_;
+  const ScatteringFit& fit_;
+  std::size_t slice_;
+  double r_km_, altitude_km_, horizon_rad_ = 0;
+  const OrdersAtmosphere& air_;
+  ObserverRays rays_;
+  CubicNodes azimuths_;
+  std::vector<double> mu_s_;
+  std::vector<OrdersGather> gathers_;
+  std::vector<SkyColumns> columns_;
+  std::atomic<std::size_t> negative_{0}, outside_{0};
+};
+
+// Reference radiance of the Sun's axis: the geometric mean of three views from the ground.
+Texture fill_sun_scale(const TableSource& source, const TableLayout& layout) {
+  Texture out(kScaleTexels, 1);
+  const std::vector<ViewDirection> views = {{pi / 2, 0.0}, {20 * kDegree, 0.0}, {20 * kDegree, pi}};
+  const OrdersSky ground = at_altitude(source, 0.0);
+  const std::span<const double> sun = source.model.solar_irradiance;
+  const std::size_t W = sun.size();
+  for (std::size_t i = 0; i < kScaleTexels; ++i) {
+    const double u = static_cast<double>(i) / (kScaleTexels - 1);
+    const double mu_s = layout.scattering_mu_s(u * static_cast<double>(layout.sizes().mu_s - 1));
+    std::vector<double> light = ground.under(std::asin(mu_s))->radiance(views);
+    float* texel = out.at(i, 0);
+    for (std::size_t v = 0; v < views.size(); ++v) {
+      for (std::size_t w = 0; w < W; ++w) light[v * W + w] /= sun[w];
+      const ChannelTriple rgb = source.channels.radiance(std::span<const double>(&light[v * W], W));
+      for (std::size_t c = 0; c < 3; ++c) {
+        const double least = 1e-25 + 1e-3 * std::max({rgb[0], rgb[1], rgb[2]});
+        texel[c] += static_cast<float>(std::log(std::max(rgb[c], least)) /
+                                       static_cast<double>(views.size()));
+      }
+    }
+    texel[3] = texel[0];
+  }
+  return out;
+}
+
+// Divides by the reference at the texels' Suns, as a reader multiplies.
+void take_out_sun_scale(const TableLayout& layout, const Texture& scale, Texture& scattering) {
+  const std::size_t suns = layout.sizes().mu_s;
+  for (std::size_t s = 0; s < suns; ++s) {
+    const double x = static_cast<double>(s) / static_cast<double>(suns - 1) * (kScaleTexels - 1);
+    const auto i = std::min(static_cast<std::size_t>(x), kScaleTexels - 2);
+    const double f = x - static_cast<double>(i);
+    double factor[4];
+    for (std::size_t c = 0; c < 4; ++c) {
+      factor[c] = std::exp(-std::lerp(static_cast<double>(scale.at(i, 0)[c]),
+                                      static_cast<double>(scale.at(i + 1, 0)[c]), f));
+    }
+    for (std::size_t z = 0; z < scattering.depth; ++z) {
+      for (std::size_t y = 0; y < scattering.height; ++y) {
+        for (std::size_t l = 0; l < layout.sizes().nu; ++l) {
+          float* texel = scattering.at(l * suns + s, y, z);
+          for (std::size_t c = 0; c < 4; ++c) {
+            texel[c] = stored(static_cast<double>(texel[c]) * factor[c]);
+          }
+        }
+      }
+    }
+  }
+}
+
+TableConstants constants_of(const TableSource& source, const SkyTableOptions& options) {
+  TableConstants out;
+  const Medium& m = source.model.medium;
+  std::vector<double> air, mie, mie_extinction;
+  for (std::size_t w = 0; w < m.wavelengths(); ++w) {
+    air.push_back(m.air_scattering_per_km(0, w));
+    mie.push_back(m.aerosol_scattering_per_km(0, w));
+    mie_extinction.push_back(mie.back() + m.aerosol_absorption_per_km(0, w));
+  }
+  out.solar_irradiance = source.channels.solar_irradiance();
+  out.rayleigh_per_km = not_negative(source.channels.mean(air));
+  out.mie_per_km = not_negative(source.channels.mean(mie));
+  out.mie_extinction_per_km = not_negative(source.channels.mean(mie_extinction));
+  out.ground_albedo = not_negative(source.channels.mean(source.model.ground_albedo));
+  out.mie_g = options.mie_g ? *options.mie_g : best_mie_g(*source.sky.atmosphere());
+  return out;
+}
+
+ChannelTriple proportionality(const TableConstants& k) {
+  ChannelTriple out = {1, 1, 1};
+  if (!(k.mie_per_km[0] > 0 && k.rayleigh_per_km[1] > 0 && k.rayleigh_per_km[2] > 0)) return out;
+  for (std::size_t c = 0; c < 3; ++c) {
+    out[c] = k.rayleigh_per_km[0] / k.mie_per_km[0] * k.mie_per_km[c] / k.rayleigh_per_km[c];
+  }
+  return out;
+}
+
+}  // namespace
+
+double best_mie_g(const OrdersAtmosphere& air) {
+  const std::size_t L = air.lanes(), kinds = air.kind_count(), w = air.wavelengths() / 2;
+  std::vector<float> p11(L), p12(L);
+  std::vector<double> angle, mixed;
+  for (double deg = 1; deg <= 60; deg += 1) {
+    double sum = 0;
+    for (std::size_t q = 0; q < kinds; ++q) {
+      air.phase->at(q, deg * kDegree, p11.data(), p12.data());
+      sum += static_cast<double>(air.kind_per_km[q * L + w] * p11[w]);
+    }
+    if (!(sum > 0)) return 0.8;
+    angle.push_back(deg * kDegree);
+    mixed.push_back(std::log(sum));
+  }
+  double best = 0.8, least = std::numeric_limits<double>::infinity();
+  const auto n = static_cast<double>(angle.size());
+  for (double g = 0.3; g < 0.951; g += 0.005) {
+    double sum = 0, squares = 0;
+    for (std::size_t i = 0; i < angle.size(); ++i) {
+      const double d = mixed[i] - std::log(cornette_shanks(std::cos(angle[i]), g));
+      sum += d;
+      squares += d * d;
+    }
+    const double variance = squares - sum * sum / n;
+    if (variance < least) {
+      least = variance;
+      best = g;
+    }
+  }
+  return best;
+}
+
+double apparent_elevation_rad(double e, double geometric_horizon, double apparent_horizon) {
+  if (e >= 0 || geometric_horizon >= 0) return e;
+  if (e >= geometric_horizon) return e * apparent_horizon / geometric_horizon;
+  return -pi / 2 + (e + pi / 2) * (apparent_horizon + pi / 2) / (geometric_horizon + pi / 2);
+}
+
+double straight_elevation_rad(double apparent, double geometric_horizon, double apparent_horizon) {
+  return apparent_elevation_rad(apparent, apparent_horizon, geometric_horizon);
+}
+
+Texture fill_transmittance(const TableSource& source, const TableLayout& layout) {
+  const Medium& m = source.model.medium;
+  const LayoutSizes& n = layout.sizes();
+  Texture out(n.transmittance_mu, n.transmittance_r);
+  std::vector<RefractedRays> rays;
+  for (std::size_t w = 0; w < m.wavelengths(); ++w) rays.emplace_back(m, w);
+  tbb::parallel_for(std::size_t{0}, n.transmittance_r, [&](std::size_t y) {
+    std::vector<double> path(m.layers()), t(m.wavelengths());
+    for (std::size_t x = 0; x < n.transmittance_mu; ++x) {
+      const auto [r, mu] =
+          layout.transmittance_at({static_cast<double>(x), static_cast<double>(y)});
+      const double h = std::clamp(r - layout.geometry().bottom_radius_km, 0.0, m.top_km());
+      const double horizon = geometric_horizon_rad(layout, r);
+      float* texel = out.at(x, y);
+      texel[3] = 1;
+      if (std::asin(mu) < horizon - 1e-9) continue;
+      for (std::size_t w = 0; w < m.wavelengths(); ++w) {
+        const double own = pi / 2 - rays[w].horizon_apparent_zenith_rad(h);
+        const double e = std::max(apparent_elevation_rad(std::asin(mu), horizon, own),
+                                  h > 0 ? own + kClear_rad : 0.0);
+        rays[w].trace_outward(h, pi / 2 - e, path);
+        t[w] = std::exp(-slant_optical_depth(m, w, path));
+      }
+      const ChannelTriple mean = source.channels.mean(t);
+      for (std::size_t c = 0; c < 3; ++c) {
+        texel[c] = static_cast<float>(std::clamp(mean[c], 0.0, 1.0));
+      }
+    }
+  });
+  return out;
+}
+
+Texture fill_irradiance(const TableSource& source, const TableLayout& layout,
+                        const RunControl& control) {
+  const LayoutSizes& n = layout.sizes();
+  const std::span<const double> sun = source.model.solar_irradiance;
+  Texture out(n.irradiance_mu_s, n.irradiance_r);
+  for (std::size_t y = 0; y < n.irradiance_r; ++y) {
+    control.report("irradiance", static_cast<double>(y) / static_cast<double>(n.irradiance_r));
+    const double r = layout.irradiance_at({0, static_cast<double>(y)}).r_km;
+    const OrdersSky sky = at_altitude(source, std::clamp(r - layout.geometry().bottom_radius_km,
+                                                         0.0, source.model.medium.top_km()));
+    for (std::size_t x = 0; x < n.irradiance_mu_s; ++x) {
+      control.check();
+      const double mu_s =
+          layout.irradiance_at({static_cast<double>(x), static_cast<double>(y)}).cosine;
+      std::vector<double> diffuse = sky.under(std::asin(mu_s))->irradiance().diffuse;
+      for (std::size_t w = 0; w < sun.size(); ++w) diffuse[w] /= sun[w];
+      const ChannelTriple rgb = source.channels.radiance<double>(diffuse);
+      float* texel = out.at(x, y);
+      for (std::size_t c = 0; c < 3; ++c) texel[c] = stored(rgb[c]);
+      texel[3] = 1;
+    }
+  }
+  return out;
+}
+
+SkyTables fill_sky_tables(const TableSource& source, const TableLayout& layout,
+                          const SkyTableOptions& options, const RunControl& control,
+                          const std::vector<std::size_t>& slices) {
+  const auto start = Clock::now();
+  const LayoutSizes& n = layout.sizes();
+  SkyTables out;
+  out.constants = constants_of(source, options);
+  const std::size_t width = n.nu * n.mu_s;
+  out.scattering = Texture(width, n.mu, n.r);
+  if (options.storage == MieStorage::kSeparate) out.single_mie = Texture(width, n.mu, n.r);
+  std::vector<double> nodes;
+  for (std::size_t l = 0; l < n.nu; ++l) {
+    nodes.push_back(layout.scattering_nu(static_cast<double>(l)));
+  }
+  const ScatteringFit fit(nodes, out.constants.mie_g, options.storage, options.filling,
+                          proportionality(out.constants));
+  std::vector<std::size_t> wanted = slices;
+  if (wanted.empty()) {
+    for (std::size_t k = 0; k < n.r; ++k) wanted.push_back(k);
+  }
+  SolverArena arena(source.model.scene.solver.threads);
+  arena.arena.execute([&] {
+    out.transmittance = fill_transmittance(source, layout);
+    for (std::size_t i = 0; i < wanted.size(); ++i) {
+      control.report("scattering table",
+                     static_cast<double>(i) / static_cast<double>(wanted.size()));
+      SliceFiller filler(source, layout, fit, wanted[i]);
+      tbb::parallel_for(std::size_t{0}, n.mu, [&](std::size_t j) {
+        control.check();
+        filler.fill(j, out);
+      });
+      out.negative_star += filler.negative();
+      out.outside_rec709 += filler.outside();
+    }
+  });
+  if (options.sun_scale) {
+    out.sun_scale = fill_sun_scale(source, layout);
+    take_out_sun_scale(layout, *out.sun_scale, out.scattering);
+    if (out.single_mie) take_out_sun_scale(layout, *out.sun_scale, *out.single_mie);
+  }
+  if (slices.empty()) out.irradiance = fill_irradiance(source, layout, control);
+  out.seconds = seconds_since(start);
+  return out;
+}
+
+}  // namespace twilight
