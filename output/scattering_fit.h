@@ -20,10 +20,10 @@ enum class TableFilling {
   kFitted,  ///< texels that make the interpolated sky fit best between the nodes in nu
 };
 
-/// Texels of one (r, mu, mu_s): for every node of nu, C_* and single Mie of three channels.
+/// Texels of one (r, mu): for every node of mu_s and nu, C_* and single Mie of three channels.
 struct ScatteringTexels {
-  std::vector<std::array<double, 3>> star, mie;
-  int clamped = 0;  ///< values that would have been negative
+  std::vector<std::array<double, 3>> star, mie;  ///< [mu_s][nu]
+  std::size_t clamped = 0;                       ///< values that would have been negative
 };
 
 /// Radiance, of all that is scattered towards the viewer, and what of it is single Mie scattering
@@ -31,46 +31,65 @@ struct ScatteringTexels {
 struct ScatteringSample {
   double weight = 0.0;
   std::array<double, 3> radiance{}, mie{};
+  /// Of the radiance, what air scatters once and all scatter more often.
+  std::array<double, 3> smooth{};
 };
 
-/// The reader's evaluation is L(nu) = P_R C_*(nu) + P_M C_M(nu), both linear between nodes of nu,
-/// and in kCombined C_M = C_* k C_M,r / C_*,r. This class knows the nodes, the samples and the
-/// phase functions at them, and finds C_* and C_M >= 0.
+/// The reader's evaluation is L = P_R C_* + P_M C_M, both linear between nodes of mu_s and of nu,
+/// and in kCombined C_M = C_* k C_M,r / C_*,r. This class says where the light has to be known and
+/// finds C_* and C_M >= 0: at the nodes as given, or so that the sum of squared relative errors
+/// over nodes and the places between them is least.
 class ScatteringFit {
  public:
-  /// nu_nodes: at least 2, increasing from -1 to 1. proportionality: k by channel (1 for red).
-  ScatteringFit(std::vector<double> nu_nodes, double mie_g, MieStorage storage,
+  /// suns: nodes of mu_s, at least 2. nu_nodes: at least 2, increasing from -1 to 1.
+  /// proportionality: k by channel (1 for red).
+  ScatteringFit(std::size_t suns, std::vector<double> nu_nodes, double mie_g, MieStorage storage,
                 TableFilling filling, const std::array<double, 3>& proportionality);
 
-  /// Cosines at which samples are wanted, increasing: the nodes first, then (kFitted) those
-  /// between.
+  /// Texel coordinates of Suns, increasing, and cosines from the Sun (the nodes of nu first) at
+  /// which samples are wanted.
+  const std::vector<double>& sample_sun() const { return sample_sun_; }
   const std::vector<double>& sample_nu() const { return sample_nu_; }
-  /// samples: as sample_nu(). Radiances must be > 0 where weight > 0 or the fit leaves them out.
-  ScatteringTexels texels(std::span<const ScatteringSample> samples) const;
+  /// samples: [sun][nu]; those with a radiance of 0 are left out of the fit. sun_scale: factors
+  /// that the reader multiplies with, [sun]; empty: 1. Texels come without them.
+  ScatteringTexels texels(std::span<const ScatteringSample> samples,
+                          std::span<const std::array<double, 3>> sun_scale = {}) const;
+  /// Root of the samples' weighted mean squared relative error, over three channels.
+  double error(std::span<const ScatteringSample> samples, const ScatteringTexels& texels) const;
 
  private:
   struct Place {
     std::size_t node;
-    double share;                    // of the next node
-    double rayleigh, mie, rest = 0;  // phase functions
+    double share;  // of the next node
   };
+  struct Row;
+  Row row(std::size_t sun, std::size_t nu) const;
   void at_nodes(std::span<const ScatteringSample> samples, ScatteringTexels& out) const;
-  void fit_pair(std::span<const ScatteringSample> samples, std::size_t channel,
-                ScatteringTexels& out) const;
-  void fit_star(std::span<const ScatteringSample> samples, std::size_t channel,
-                ScatteringTexels& out) const;
+  void fit(std::span<const ScatteringSample> samples, std::size_t channel, bool with_mie,
+           ScatteringTexels& out) const;
 
-  std::vector<double> nodes_, sample_nu_;
+  std::size_t suns_;
+  std::vector<double> nodes_, sample_sun_, sample_nu_;
   MieStorage storage_;
   TableFilling filling_;
   std::array<double, 3> proportionality_;
-  std::vector<Place> places_;
+  std::vector<Place> sun_place_, nu_place_;
+  std::vector<double> rayleigh_, mie_;  // phase functions, [nu]
+};
+
+/// Normal equations of a least squares problem whose rows touch unknowns fewer than `band` apart.
+struct BandedSystem {
+  std::size_t size, band;
+  std::vector<double> lower;  ///< [i][band]: A'A (i, i - band + 1 .. i)
+  std::vector<double> right;  ///< A'b
+
+  BandedSystem(std::size_t n, std::size_t w) : size(n), band(w), lower(n * w, 0.0), right(n, 0.0) {}
+  double& at(std::size_t i, std::size_t j) { return lower[i * band + band - 1 + j - i]; }
 };
 
 /// Least squares with x >= 0: minimises |A x - b|^2 + ridge sum_j (A'A)_jj (x_j - start_j)^2, by
-/// Cholesky's factors of the normal equations and, where values fall below 0, an active set (they
-/// are held at 0). normal = A'A, row-major n x n; right = A'b.
-std::vector<double> nonnegative_least_squares(std::vector<double> normal, std::vector<double> right,
-                                              std::span<const double> start, double ridge);
+/// Cholesky's factors and, where values fall below 0, an active set (they are then held at 0).
+std::vector<double> nonnegative_least_squares(BandedSystem system, std::span<const double> start,
+                                              double ridge);
 
 }  // namespace twilight

@@ -6,10 +6,12 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <deque>
 #include <limits>
 #include <numbers>
 
 #include "aerosols/cornette_shanks.h"
+#include "atmosphere/rayleigh.h"
 #include "atmosphere/refraction.h"
 #include "sim/elapsed_time.h"
 #include "sim/observer_ray.h"
@@ -23,11 +25,11 @@ using std::numbers::pi;
 constexpr double kDegree = pi / 180;
 // Views keep this clear of grazing the ground.
 constexpr double kClear_rad = 1e-7;
-constexpr std::size_t kAzimuths = 17;  // of the columns, evenly over half a turn
+constexpr std::size_t kAzimuths = 13;  // of the columns, evenly over half a turn
 constexpr std::size_t kScaleTexels = 256;
 // Samples at cosines that a view and a Sun cannot have lose weight with the distance from those
 // that they can have: neighbouring texels can.
-constexpr double kBeyond = 0.1, kLeastWeight = 0.01;
+constexpr double kBeyond = 0.01, kLeastWeight = 0.0001;
 
 double geometric_horizon_rad(const TableLayout& layout, double r_km) {
   return -std::acos(std::min(1.0, layout.geometry().bottom_radius_km / r_km));
@@ -71,39 +73,53 @@ class SliceFiller {
       nodes.push_back(pi * static_cast<double>(k) / (kAzimuths - 1));
     }
     azimuths_ = CubicNodes(nodes, true);
-    const std::size_t suns = layout.sizes().mu_s;
-    gathers_.reserve(suns);
-    for (std::size_t s = 0; s < suns; ++s) {
-      const double mu_s = layout.scattering_mu_s(static_cast<double>(s));
-      const double zenith = std::acos(mu_s);
-      mu_s_.push_back(mu_s);
-      gathers_.emplace_back(air_, zenith, altitude_km_);
-    }
-    for (std::size_t s = 0; s < suns; ++s) {
-      columns_.emplace_back(air_, gathers_[s], std::acos(mu_s_[s]), false);
+    for (const double texel : fit.sample_sun()) {
+      mu_s_.push_back(layout.scattering_mu_s(texel));
+      gathers_.emplace_back(air_, std::acos(mu_s_.back()), altitude_km_);
+      columns_.emplace_back(air_, gathers_.back(), std::acos(mu_s_.back()), false);
+      // The view of the Sun's own elevation sees most angles from it. A Sun near the zenith is
+      // seen at few: a lower one lends its shape.
+      constexpr double kHighest_rad = pi / 4;
+      const double elevation = std::clamp(std::asin(mu_s_.back()), 0.1, kHighest_rad);
+      const double sun = std::min(std::asin(mu_s_.back()), kHighest_rad);
+      const OrdersGather gather(air_, pi / 2 - sun, altitude_km_);
+      reference_.push_back(SkyColumns(air_, gather, pi / 2 - sun, false)
+                               .at(*rays_.at(elevation), azimuths_.nodes()));
+      reference_mu_.push_back(std::sin(elevation));
+      reference_mu_s_.push_back(std::sin(sun));
     }
   }
 
-  void fill(std::size_t j, SkyTables& out) {
+  // Light of every Sun and angle from it along one view; empty where there is no air in between.
+  std::vector<ScatteringSample> samples(std::size_t j) {
     const bool ground = layout_.meets_ground_texel(static_cast<double>(j));
-    if (ground && altitude_km_ <= 0) return;  // no air in between
+    if (ground && altitude_km_ <= 0) return {};
     const double mu = layout_.scattering_mu(r_km_, static_cast<double>(j));
     double elevation =
         apparent_elevation_rad(std::asin(mu), geometric_horizon_rad(layout_, r_km_), horizon_rad_);
     elevation = ground ? std::min(elevation, horizon_rad_ - kClear_rad)
                        : std::max(elevation, altitude_km_ > 0 ? horizon_rad_ + kClear_rad : 0.0);
     const auto ray = rays_.at(elevation);
-    const std::size_t suns = mu_s_.size(), nus = layout_.sizes().nu;
+    std::vector<ScatteringSample> out;
+    for (std::size_t s = 0; s < mu_s_.size(); ++s) add_samples(*ray, mu, elevation, s, out);
+    return out;
+  }
+
+  void fill(std::size_t j, std::span<const ChannelTriple> sun_scale, SkyTables& out) {
+    const std::vector<ScatteringSample> light = samples(j);
+    if (light.empty()) return;
+    const ScatteringTexels texels = fit_.texels(light, sun_scale);
+    negative_ += texels.clamped;
+    const std::size_t suns = layout_.sizes().mu_s, nus = layout_.sizes().nu;
     for (std::size_t s = 0; s < suns; ++s) {
-      const ScatteringTexels texels = fit_.texels(samples(*ray, mu, elevation, s));
-      negative_ += static_cast<std::size_t>(texels.clamped);
       for (std::size_t l = 0; l < nus; ++l) {
         float* star = out.scattering.at(l * suns + s, j, slice_);
-        for (std::size_t c = 0; c < 3; ++c) star[c] = stored(texels.star[l][c]);
-        star[3] = stored(texels.mie[l][0]);
+        const std::size_t t = s * nus + l;
+        for (std::size_t c = 0; c < 3; ++c) star[c] = stored(texels.star[t][c]);
+        star[3] = stored(texels.mie[t][0]);
         if (!out.single_mie) continue;
         float* mie = out.single_mie->at(l * suns + s, j, slice_);
-        for (std::size_t c = 0; c < 3; ++c) mie[c] = stored(texels.mie[l][c]);
+        for (std::size_t c = 0; c < 3; ++c) mie[c] = stored(texels.mie[t][c]);
       }
     }
   }
@@ -112,21 +128,21 @@ class SliceFiller {
   std::size_t outside() const { return outside_; }
 
  private:
-  std::vector<ScatteringSample> samples(const ObserverRay& ray, double mu, double elevation,
-                                        std::size_t s) {
+  void add_samples(const ObserverRay& ray, double mu, double elevation, std::size_t s,
+                   std::vector<ScatteringSample>& out) {
     const SkyColumns& light = columns_[s];
     const std::vector<float> column = light.at(ray, azimuths_.nodes());
     const double mu_s = mu_s_[s];
     const double product = std::sqrt(std::max(0.0, (1 - mu * mu) * (1 - mu_s * mu_s)));
     const std::size_t L = air_.lanes(), W = air_.wavelengths(), kinds = air_.kind_count();
     std::vector<float> seen(L);
-    std::vector<double> mie(W);
-    std::vector<ScatteringSample> out;
+    std::vector<double> mie(W), smooth(W);
     for (const double nu : fit_.sample_nu()) {
       const double beyond = std::max(0.0, std::abs(nu - mu * mu_s) - product);
       const double cos_azimuth = product > 1e-9 ? (nu - mu * mu_s) / product : 0.0;
       const double azimuth = std::acos(std::clamp(cos_azimuth, -1.0, 1.0));
       SkyPoint p = light.point(elevation, azimuth);
+      const double edge = nu - std::copysign(beyond, nu - mu * mu_s);
       if (beyond > 1e-9) {
         p.along = static_cast<float>(nu);
         p.below = 0;
@@ -140,13 +156,23 @@ class SliceFiller {
       }
       sky_radiance(p, seen.data());
       std::fill(mie.begin(), mie.end(), 0.0);
+      const auto interpolated = [&](std::size_t quantity, std::size_t w) {
+        double logarithm = 0;
+        for (std::size_t k = 0; k < 4; ++k) {
+          logarithm += at.weight[k] * static_cast<double>(p.node[k][quantity * L + w]);
+        }
+        return std::exp(logarithm);
+      };
+      for (std::size_t w = 0; w < W; ++w) {
+        const double change = beyond > 1e-9 ? multiple(s, nu, w) - multiple(s, edge, w) : 0.0;
+        const double scattered = interpolated(0, w);
+        seen[w] += static_cast<float>(scattered * std::expm1(change));
+        smooth[w] = scattered * std::exp(change) +
+                    interpolated(1, w) * 4 * pi * rayleigh_phase_per_sr(nu, 0.0);
+      }
       for (std::size_t q = 1; q <= kinds; ++q) {
         for (std::size_t w = 0; w < W; ++w) {
-          double logarithm = 0;
-          for (std::size_t k = 0; k < 4; ++k) {
-            logarithm += at.weight[k] * static_cast<double>(p.node[k][(1 + q) * L + w]);
-          }
-          mie[w] += 4 * pi * std::exp(logarithm);
+          mie[w] += 4 * pi * interpolated(1 + q, w);
         }
       }
       ScatteringSample sample;
@@ -156,9 +182,23 @@ class SliceFiller {
       for (const double value : sample.radiance) outside_ += value < 0 ? 1 : 0;
       sample.radiance = not_negative(sample.radiance);
       sample.mie = not_negative(source_.channels.radiance<double>(mie));
+      sample.smooth = not_negative(source_.channels.radiance<double>(smooth));
       out.push_back(sample);
     }
-    return out;
+  }
+
+  // Logarithm of the multiply scattered light of the Sun's own elevation at a cosine from the Sun.
+  double multiple(std::size_t s, double nu, std::size_t lane) const {
+    const double mu = reference_mu_[s], mu_s = reference_mu_s_[s];
+    const double product = std::sqrt(std::max(0.0, (1 - mu * mu) * (1 - mu_s * mu_s)));
+    const double cosine = product > 1e-9 ? (nu - mu * mu_s) / product : 0.0;
+    const CubicNodes::Stencil at = azimuths_.at(std::acos(std::clamp(cosine, -1.0, 1.0)));
+    double logarithm = 0;
+    for (std::size_t k = 0; k < 4; ++k) {
+      const float* block = &reference_[s][at.node[k] * columns_[s].block()];
+      logarithm += at.weight[k] * static_cast<double>(block[lane]);
+    }
+    return logarithm;
   }
 
   const TableSource& source_;
@@ -169,9 +209,10 @@ class SliceFiller {
   const OrdersAtmosphere& air_;
   ObserverRays rays_;
   CubicNodes azimuths_;
-  std::vector<double> mu_s_;
-  std::vector<OrdersGather> gathers_;
-  std::vector<SkyColumns> columns_;
+  std::vector<double> mu_s_, reference_mu_, reference_mu_s_;
+  std::vector<std::vector<float>> reference_;  // columns, [sun]
+  std::deque<OrdersGather> gathers_;
+  std::deque<SkyColumns> columns_;
   std::atomic<std::size_t> negative_{0}, outside_{0};
 };
 
@@ -201,29 +242,22 @@ Texture fill_sun_scale(const TableSource& source, const TableLayout& layout) {
   return out;
 }
 
-// Divides by the reference at the texels' Suns, as a reader multiplies.
-void take_out_sun_scale(const TableLayout& layout, const Texture& scale, Texture& scattering) {
-  const std::size_t suns = layout.sizes().mu_s;
-  for (std::size_t s = 0; s < suns; ++s) {
-    const double x = static_cast<double>(s) / static_cast<double>(suns - 1) * (kScaleTexels - 1);
+// The reference at the Suns of samples, as a reader interpolates it.
+std::vector<ChannelTriple> sun_scale_at(const Texture& scale, const ScatteringFit& fit,
+                                        std::size_t suns) {
+  std::vector<ChannelTriple> out;
+  for (const double texel : fit.sample_sun()) {
+    const double x = texel / static_cast<double>(suns - 1) * (kScaleTexels - 1);
     const auto i = std::min(static_cast<std::size_t>(x), kScaleTexels - 2);
-    const double f = x - static_cast<double>(i);
-    double factor[4];
-    for (std::size_t c = 0; c < 4; ++c) {
-      factor[c] = std::exp(-std::lerp(static_cast<double>(scale.at(i, 0)[c]),
-                                      static_cast<double>(scale.at(i + 1, 0)[c]), f));
+    ChannelTriple factor{};
+    for (std::size_t c = 0; c < 3; ++c) {
+      factor[c] = std::exp(std::lerp(static_cast<double>(scale.at(i, 0)[c]),
+                                     static_cast<double>(scale.at(i + 1, 0)[c]),
+                                     x - static_cast<double>(i)));
     }
-    for (std::size_t z = 0; z < scattering.depth; ++z) {
-      for (std::size_t y = 0; y < scattering.height; ++y) {
-        for (std::size_t l = 0; l < layout.sizes().nu; ++l) {
-          float* texel = scattering.at(l * suns + s, y, z);
-          for (std::size_t c = 0; c < 4; ++c) {
-            texel[c] = stored(static_cast<double>(texel[c]) * factor[c]);
-          }
-        }
-      }
-    }
+    out.push_back(factor);
   }
+  return out;
 }
 
 TableConstants constants_of(const TableSource& source, const SkyTableOptions& options) {
@@ -368,7 +402,7 @@ SkyTables fill_sky_tables(const TableSource& source, const TableLayout& layout,
   for (std::size_t l = 0; l < n.nu; ++l) {
     nodes.push_back(layout.scattering_nu(static_cast<double>(l)));
   }
-  const ScatteringFit fit(nodes, out.constants.mie_g, options.storage, options.filling,
+  const ScatteringFit fit(n.mu_s, nodes, out.constants.mie_g, options.storage, options.filling,
                           proportionality(out.constants));
   std::vector<std::size_t> wanted = slices;
   if (wanted.empty()) {
@@ -376,6 +410,11 @@ SkyTables fill_sky_tables(const TableSource& source, const TableLayout& layout,
   }
   SolverArena arena(source.model.scene.solver.threads);
   arena.arena.execute([&] {
+    std::vector<ChannelTriple> scale;
+    if (options.sun_scale) {
+      out.sun_scale = fill_sun_scale(source, layout);
+      scale = sun_scale_at(*out.sun_scale, fit, n.mu_s);
+    }
     out.transmittance = fill_transmittance(source, layout);
     for (std::size_t i = 0; i < wanted.size(); ++i) {
       control.report("scattering table",
@@ -383,17 +422,12 @@ SkyTables fill_sky_tables(const TableSource& source, const TableLayout& layout,
       SliceFiller filler(source, layout, fit, wanted[i]);
       tbb::parallel_for(std::size_t{0}, n.mu, [&](std::size_t j) {
         control.check();
-        filler.fill(j, out);
+        filler.fill(j, scale, out);
       });
       out.negative_star += filler.negative();
       out.outside_rec709 += filler.outside();
     }
   });
-  if (options.sun_scale) {
-    out.sun_scale = fill_sun_scale(source, layout);
-    take_out_sun_scale(layout, *out.sun_scale, out.scattering);
-    if (out.single_mie) take_out_sun_scale(layout, *out.sun_scale, *out.single_mie);
-  }
   if (slices.empty()) out.irradiance = fill_irradiance(source, layout, control);
   out.seconds = seconds_since(start);
   return out;

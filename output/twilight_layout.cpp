@@ -10,7 +10,7 @@ namespace twilight {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
-constexpr double kDaySlope = 1.0 / 8;
+constexpr double kDaySlope = 1.0 / 3;
 
 double t_of(double zenith_deg) {
   const double dusk = TwilightLayout::kDusk_deg;
@@ -38,7 +38,7 @@ std::vector<std::pair<std::string, std::string>> TwilightLayout::formulas() cons
   for (auto& [what, formula] : all) {
     if (what != "scattering u_mu_s") continue;
     formula = fmt::format(
-        "max(0, 1 - t(z) / t(acos(mu_s_min))), z = acos(mu_s) in degrees, t(z) = z / 8 for z < "
+        "max(0, 1 - t(z) / t(acos(mu_s_min))), z = acos(mu_s) in degrees, t(z) = z / 3 for z < "
         "{0}, "
         "{1} + (z - {0}) beyond",
         kDusk_deg, kDaySlope * kDusk_deg);
