@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "output/tables_command.h"
 #include "output/tradeoff.h"
 #include "sim/sky.h"
 
@@ -27,6 +28,7 @@ enum class Command {
   kSun,
   kOptics,
   kSolve,
+  kTables,
   kTradeoff,
   kTradeoffRung
 };
@@ -52,6 +54,7 @@ struct CommandLine {
   std::optional<std::filesystem::path> field;
   std::vector<std::string> views;  ///< radiance, "EL,AZ"
   std::optional<std::filesystem::path> views_file;
+  TablesOptions tables;
   /// tradeoff; its scene and overrides are those above.
   TradeoffOptions tradeoff;
   int parent = 0;  ///< tradeoff-rung: the process that measures it

@@ -7,10 +7,9 @@
 #include <atomic>
 #include <cmath>
 #include <deque>
-#include <limits>
 #include <numbers>
+#include <numeric>
 
-#include "aerosols/cornette_shanks.h"
 #include "atmosphere/rayleigh.h"
 #include "atmosphere/refraction.h"
 #include "sim/elapsed_time.h"
@@ -274,7 +273,7 @@ TableConstants constants_of(const TableSource& source, const SkyTableOptions& op
   out.mie_per_km = not_negative(source.channels.mean(mie));
   out.mie_extinction_per_km = not_negative(source.channels.mean(mie_extinction));
   out.ground_albedo = not_negative(source.channels.mean(source.model.ground_albedo));
-  out.mie_g = options.mie_g ? *options.mie_g : best_mie_g(*source.sky.atmosphere());
+  out.mie_g = options.mie_g.value_or(0.8);
   return out;
 }
 
@@ -287,39 +286,58 @@ ChannelTriple proportionality(const TableConstants& k) {
   return out;
 }
 
-}  // namespace
-
-double best_mie_g(const OrdersAtmosphere& air) {
-  const std::size_t L = air.lanes(), kinds = air.kind_count(), w = air.wavelengths() / 2;
-  std::vector<float> p11(L), p12(L);
-  std::vector<double> angle, mixed;
-  for (double deg = 1; deg <= 60; deg += 1) {
-    double sum = 0;
-    for (std::size_t q = 0; q < kinds; ++q) {
-      air.phase->at(q, deg * kDegree, p11.data(), p12.data());
-      sum += static_cast<double>(air.kind_per_km[q * L + w] * p11[w]);
-    }
-    if (!(sum > 0)) return 0.8;
-    angle.push_back(deg * kDegree);
-    mixed.push_back(std::log(sum));
+// Chooses the constants that a renderer's evaluation takes by what they leave of the light over
+// a few views from the ground.
+void fit_constants(const TableSource& source, const TableLayout& layout,
+                   const SkyTableOptions& options, const std::vector<double>& nodes,
+                   TableConstants& constants) {
+  if (options.filling != TableFilling::kFitted || source.sky.atmosphere()->kind_count() == 0)
+    return;
+  const auto fit_of = [&](const TableConstants& k) {
+    return ScatteringFit(layout.sizes().mu_s, nodes, k.mie_g, options.storage, options.filling,
+                         proportionality(k));
+  };
+  const ScatteringFit any = fit_of(constants);
+  SliceFiller filler(source, layout, any, 0);
+  std::vector<std::vector<ScatteringSample>> rows;
+  const double half = 0.5 * static_cast<double>(layout.sizes().mu);
+  for (const double share : {0.03, 0.15, 0.4, 0.7, 0.95}) {
+    rows.push_back(filler.samples(static_cast<std::size_t>(half + (1 - share) * (half - 1))));
   }
-  double best = 0.8, least = std::numeric_limits<double>::infinity();
-  const auto n = static_cast<double>(angle.size());
-  for (double g = 0.3; g < 0.951; g += 0.005) {
-    double sum = 0, squares = 0;
-    for (std::size_t i = 0; i < angle.size(); ++i) {
-      const double d = mixed[i] - std::log(cornette_shanks(std::cos(angle[i]), g));
-      sum += d;
-      squares += d * d;
-    }
-    const double variance = squares - sum * sum / n;
-    if (variance < least) {
-      least = variance;
-      best = g;
-    }
+  const auto error = [&](const TableConstants& k) {
+    const ScatteringFit fit = fit_of(k);
+    std::vector<double> squares(rows.size());
+    tbb::parallel_for(std::size_t{0}, rows.size(), [&](std::size_t i) {
+      squares[i] = std::pow(fit.error(rows[i], fit.texels(rows[i])), 2);
+    });
+    return std::accumulate(squares.begin(), squares.end(), 0.0);
+  };
+  double least = error(constants);
+  const auto keep_better = [&](const TableConstants& k) {
+    const double found = error(k);
+    if (!(found < least)) return;
+    least = found;
+    constants = k;
+  };
+  const TableConstants given = constants;
+  for (int i = 30; !options.mie_g && i <= 45; ++i) {
+    TableConstants k = given;
+    k.mie_g = 0.02 * i;
+    keep_better(k);
   }
-  return best;
+  if (options.storage != MieStorage::kCombined || !(given.mie_per_km[0] > 0)) return;
+  const TableConstants best = constants;
+  for (const double power : {-1.0, -0.5, 0.0, 0.5, 1.5, 2.0}) {
+    TableConstants k = best;
+    for (std::size_t c = 1; c < 3; ++c) {
+      k.mie_per_km[c] =
+          k.mie_per_km[0] * std::pow(given.mie_per_km[c] / given.mie_per_km[0], power);
+    }
+    keep_better(k);
+  }
 }
+
+}  // namespace
 
 double apparent_elevation_rad(double e, double geometric_horizon, double apparent_horizon) {
   if (e >= 0 || geometric_horizon >= 0) return e;
@@ -331,19 +349,18 @@ double straight_elevation_rad(double apparent, double geometric_horizon, double 
   return apparent_elevation_rad(apparent, apparent_horizon, geometric_horizon);
 }
 
-Texture fill_transmittance(const TableSource& source, const TableLayout& layout) {
+Texture fill_transmittance(const TableSource& source, std::size_t width, std::size_t height,
+                           const std::function<RadiusCosine(TexelPoint)>& at) {
   const Medium& m = source.model.medium;
-  const LayoutSizes& n = layout.sizes();
-  Texture out(n.transmittance_mu, n.transmittance_r);
+  Texture out(width, height);
   std::vector<RefractedRays> rays;
   for (std::size_t w = 0; w < m.wavelengths(); ++w) rays.emplace_back(m, w);
-  tbb::parallel_for(std::size_t{0}, n.transmittance_r, [&](std::size_t y) {
+  tbb::parallel_for(std::size_t{0}, height, [&](std::size_t y) {
     std::vector<double> path(m.layers()), t(m.wavelengths());
-    for (std::size_t x = 0; x < n.transmittance_mu; ++x) {
-      const auto [r, mu] =
-          layout.transmittance_at({static_cast<double>(x), static_cast<double>(y)});
-      const double h = std::clamp(r - layout.geometry().bottom_radius_km, 0.0, m.top_km());
-      const double horizon = geometric_horizon_rad(layout, r);
+    for (std::size_t x = 0; x < width; ++x) {
+      const auto [r, mu] = at({static_cast<double>(x), static_cast<double>(y)});
+      const double h = std::clamp(r - m.earth_radius_km, 0.0, m.top_km());
+      const double horizon = -std::acos(std::min(1.0, m.earth_radius_km / r));
       float* texel = out.at(x, y);
       texel[3] = 1;
       if (std::asin(mu) < horizon - 1e-9) continue;
@@ -402,20 +419,24 @@ SkyTables fill_sky_tables(const TableSource& source, const TableLayout& layout,
   for (std::size_t l = 0; l < n.nu; ++l) {
     nodes.push_back(layout.scattering_nu(static_cast<double>(l)));
   }
+  SolverArena arena(source.model.scene.solver.threads);
+  control.report("renderer's constants", 0);
+  arena.arena.execute([&] { fit_constants(source, layout, options, nodes, out.constants); });
   const ScatteringFit fit(n.mu_s, nodes, out.constants.mie_g, options.storage, options.filling,
                           proportionality(out.constants));
   std::vector<std::size_t> wanted = slices;
   if (wanted.empty()) {
     for (std::size_t k = 0; k < n.r; ++k) wanted.push_back(k);
   }
-  SolverArena arena(source.model.scene.solver.threads);
   arena.arena.execute([&] {
     std::vector<ChannelTriple> scale;
     if (options.sun_scale) {
       out.sun_scale = fill_sun_scale(source, layout);
       scale = sun_scale_at(*out.sun_scale, fit, n.mu_s);
     }
-    out.transmittance = fill_transmittance(source, layout);
+    out.transmittance =
+        fill_transmittance(source, n.transmittance_mu, n.transmittance_r,
+                           [&](TexelPoint texel) { return layout.transmittance_at(texel); });
     for (std::size_t i = 0; i < wanted.size(); ++i) {
       control.report("scattering table",
                      static_cast<double>(i) / static_cast<double>(wanted.size()));

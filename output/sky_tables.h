@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -34,7 +35,8 @@ struct Texture {
 struct SkyTableOptions {
   MieStorage storage = MieStorage::kCombined;
   TableFilling filling = TableFilling::kFitted;
-  /// Of the renderer's Mie phase function, -0.99..0.99; unset: best_mie_g().
+  /// Of the renderer's Mie phase function, -0.99..0.99; unset: the one that fits the sky from the
+  /// ground best, of 0.60..0.90 in steps of 0.02.
   std::optional<double> mie_g;
   /// Scattering is stored over a reference that falls with the Sun (SkyTables::sun_scale).
   bool sun_scale = false;
@@ -44,7 +46,8 @@ struct SkyTableOptions {
 struct TableConstants {
   double mie_g = 0.8;
   ChannelTriple solar_irradiance{};
-  /// At the ground, per channel, km^-1: the proportionality rule's ratios are theirs.
+  /// At the ground, per channel, km^-1. The ratios that the proportionality rule takes of them:
+  /// with kCombined and kFitted mie_per_km is, but for its red, the one that fits the sky best.
   ChannelTriple rayleigh_per_km{}, mie_per_km{}, mie_extinction_per_km{}, ground_albedo{};
 };
 
@@ -67,11 +70,6 @@ struct TableSource {
   const TableChannels& channels;
 };
 
-/// g of the phase function of Cornette & Shanks that has the shape, in logarithm and up to a
-/// factor, of the mixed aerosol's at the ground and the middle wavelength, over scattering angles
-/// of 1 to 60 degrees; 0.8 without aerosol.
-double best_mie_g(const OrdersAtmosphere& atmosphere);
-
 /// Apparent elevation, rad, of a renderer's straight view: the same above the horizontal; below it
 /// stretched so that the refracted horizon lies at the straight one. On the ground the same.
 double apparent_elevation_rad(double geometric_rad, double geometric_horizon_rad,
@@ -80,8 +78,10 @@ double apparent_elevation_rad(double geometric_rad, double geometric_horizon_rad
 double straight_elevation_rad(double apparent_rad, double geometric_horizon_rad,
                               double apparent_horizon_rad);
 
-/// Transmittance to the top, 0 for views that meet the ground; refracted rays.
-Texture fill_transmittance(const TableSource& source, const TableLayout& layout);
+/// Transmittance to the top, 0 for views that meet the ground; refracted rays. `at` says where
+/// texels stand. Runs on the current oneTBB arena.
+Texture fill_transmittance(const TableSource& source, std::size_t width, std::size_t height,
+                           const std::function<RadiusCosine(TexelPoint)>& at);
 /// Diffuse irradiance of the horizontal, from above; direct sunlight is the renderer's to add.
 Texture fill_irradiance(const TableSource& source, const TableLayout& layout,
                         const RunControl& control);

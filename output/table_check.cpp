@@ -11,6 +11,7 @@ namespace twilight {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
+constexpr double kLeastShare = 0.01;
 
 }  // namespace
 
@@ -32,26 +33,18 @@ TableTruth::TableTruth(const TableSource& source, std::vector<double> sun_elevat
   }
 }
 
-std::vector<TableError> TableTruth::errors(const std::string& name, const TableLayout& layout,
-                                           const SkyTables& tables, bool half) const {
-  const TableSky sky(layout, tables, half);
+std::vector<TableError> TableTruth::errors(const std::string& name, const Reader& reader) const {
   const std::vector<WeightedView> views = hemisphere_views();
-  const double r_km = layout.geometry().bottom_radius_km + altitude_km_;
   std::vector<TableError> out;
   for (std::size_t s = 0; s < suns_deg_.size(); ++s) {
-    const double sun = suns_deg_[s] * kDegree, mu_s = std::sin(sun);
     std::vector<WeightedValue> values;
     double bias = 0, weight = 0;
     for (std::size_t v = 0; v < views.size(); ++v) {
-      const auto [elevation, azimuth] = views[v].direction;
-      const double mu = std::sin(elevation);
-      const double nu = std::clamp(
-          mu * mu_s + std::cos(elevation) * std::cos(sun) * std::cos(azimuth), -1.0, 1.0);
-      const ChannelTriple read = sky.radiance(r_km, mu, mu_s, nu);
+      const ChannelTriple read = reader(s, v);
       for (std::size_t c = 0; c < 3; ++c) {
         const double truth = light_[s][v][c];
         // A channel that the colour all but lacks has no relative error.
-        if (truth < 1e-2 * *std::ranges::max_element(light_[s][v])) continue;
+        if (truth <= kLeastShare * *std::ranges::max_element(light_[s][v])) continue;
         const double error = read[c] / truth - 1;
         values.push_back({std::abs(error), views[v].solid_angle_sr});
         bias += views[v].solid_angle_sr * error;
@@ -63,6 +56,33 @@ std::vector<TableError> TableTruth::errors(const std::string& name, const TableL
     out.push_back({name, suns_deg_[s], spread.mean, spread.p95, spread.largest, bias / weight});
   }
   return out;
+}
+
+std::vector<TableError> TableTruth::errors(const std::string& name, const TableLayout& layout,
+                                           const SkyTables& tables, bool half) const {
+  const TableSky sky(layout, tables, half);
+  const std::vector<WeightedView> views = hemisphere_views();
+  const double r_km = layout.geometry().bottom_radius_km + altitude_km_;
+  return errors(name, [&](std::size_t s, std::size_t v) {
+    const auto [elevation, azimuth] = views[v].direction;
+    const double sun = suns_deg_[s] * kDegree, mu_s = std::sin(sun), mu = std::sin(elevation);
+    const double nu = mu * mu_s + std::cos(elevation) * std::cos(sun) * std::cos(azimuth);
+    return sky.radiance(r_km, mu, mu_s, std::clamp(nu, -1.0, 1.0));
+  });
+}
+
+std::vector<TableError> sky_view_errors(const TableSource& source, const Hillaire2020Layout& layout,
+                                        const HillaireTables& tables, const std::string& name,
+                                        bool half) {
+  const TableTruth truth(source, tables.sun_elevation_deg);
+  const std::vector<WeightedView> views = hemisphere_views();
+  const double r_km = layout.bottom_radius_km() + observer_altitude_km(source.model.scene);
+  return truth.errors(name, [&](std::size_t s, std::size_t v) {
+    const auto [elevation, azimuth] = views[v].direction;
+    const TexelPoint at =
+        layout.sky_view_texel(r_km, {std::sin(elevation), std::cos(azimuth), false});
+    return look_up(tables.sky_view[s], at, half);
+  });
 }
 
 std::vector<std::size_t> slices_about(const TableLayout& layout, double altitude_km) {

@@ -1,10 +1,12 @@
 // How well a sky read from tables agrees with the one they were filled from.
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
 #include "output/csv_table.h"
+#include "output/hillaire2020_layout.h"
 #include "output/sky_tables.h"
 
 namespace twilight {
@@ -27,7 +29,9 @@ class TableTruth {
   /// Errors of the tables, one row per Sun. name: of the rows.
   std::vector<TableError> errors(const std::string& name, const TableLayout& layout,
                                  const SkyTables& tables, bool half) const;
-  const std::vector<double>& sun_elevation_deg() const { return suns_deg_; }
+  /// Of any reader: radiance of a view (index of hemisphere_views()) under a Sun (index).
+  using Reader = std::function<ChannelTriple(std::size_t sun, std::size_t view)>;
+  std::vector<TableError> errors(const std::string& name, const Reader& reader) const;
 
  private:
   double altitude_km_;
@@ -37,6 +41,11 @@ class TableTruth {
 
 /// The slices of r about the observer.
 std::vector<std::size_t> slices_about(const TableLayout& layout, double altitude_km);
+
+/// The same of Hillaire's sky views, at their own Suns.
+std::vector<TableError> sky_view_errors(const TableSource& source, const Hillaire2020Layout& layout,
+                                        const HillaireTables& tables, const std::string& name,
+                                        bool half);
 
 CsvTable error_table(const std::vector<TableError>& errors);
 

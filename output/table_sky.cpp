@@ -1,6 +1,6 @@
 #include "output/table_sky.h"
 
-#include <ImathConfig.h>
+#include <OpenEXR/ImfPixelType.h>
 #include <half.h>
 
 #include <algorithm>
@@ -10,17 +10,12 @@
 #include "atmosphere/rayleigh.h"
 
 namespace twilight {
+namespace {
 
-float rounded_to_half(float value) {
-  constexpr float kMost = 65504.0F;
-  return static_cast<float>(half(std::clamp(value, -kMost, kMost)));
-}
-
-TableSky::TableSky(const TableLayout& layout, const SkyTables& tables, bool half)
-    : layout_(layout), tables_(tables), half_(half) {}
+using Texel = std::array<double, 4>;
 
 // Linear between texel centres, clamped to the edge.
-TableSky::Texel TableSky::look_up(const Texture& t, double x, double y, double z) const {
+Texel read(const Texture& t, double x, double y, double z, bool half) {
   struct Axis {
     std::size_t low, high;
     double share;
@@ -36,7 +31,7 @@ TableSky::Texel TableSky::look_up(const Texture& t, double x, double y, double z
     if (weight == 0) return;
     const float* texel = t.at(i, j, k);
     for (std::size_t c = 0; c < 4; ++c) {
-      out[c] += weight * static_cast<double>(half_ ? rounded_to_half(texel[c]) : texel[c]);
+      out[c] += weight * static_cast<double>(half ? rounded_to_half(texel[c]) : texel[c]);
     }
   };
   for (const auto& [k, wz] : {std::pair(az.low, 1 - az.share), std::pair(az.high, az.share)}) {
@@ -47,6 +42,21 @@ TableSky::Texel TableSky::look_up(const Texture& t, double x, double y, double z
   }
   return out;
 }
+
+}  // namespace
+
+ChannelTriple look_up(const Texture& texture, TexelPoint at, bool half) {
+  const Texel t = read(texture, at.x, at.y, 0, half);
+  return {t[0], t[1], t[2]};
+}
+
+float rounded_to_half(float value) {
+  constexpr float kMost = 65504.0F;
+  return static_cast<float>(half(std::clamp(value, -kMost, kMost)));
+}
+
+TableSky::TableSky(const TableLayout& layout, const SkyTables& tables, bool half)
+    : layout_(layout), tables_(tables), half_(half) {}
 
 ChannelTriple TableSky::radiance(double r_km, double mu, double mu_s, double nu) const {
   const LayoutSizes& n = layout_.sizes();
@@ -62,8 +72,8 @@ ChannelTriple TableSky::radiance(double r_km, double mu, double mu_s, double nu)
   const double low = std::min(std::floor(l), static_cast<double>(n.nu - 2)), share = l - low;
   const auto suns = static_cast<double>(n.mu_s);
   const auto both = [&](const Texture& texture) {
-    const Texel a = look_up(texture, low * suns + sun, y, z);
-    const Texel b = look_up(texture, (low + 1) * suns + sun, y, z);
+    const Texel a = read(texture, low * suns + sun, y, z, half_);
+    const Texel b = read(texture, (low + 1) * suns + sun, y, z, half_);
     Texel mixed{};
     for (std::size_t c = 0; c < 4; ++c) mixed[c] = std::lerp(a[c], b[c], share);
     return mixed;
@@ -85,7 +95,7 @@ ChannelTriple TableSky::radiance(double r_km, double mu, double mu_s, double nu)
   Texel scale{};
   if (tables_.sun_scale) {
     const double at = sun / (suns - 1) * static_cast<double>(tables_.sun_scale->width - 1);
-    scale = look_up(*tables_.sun_scale, at, 0, 0);
+    scale = read(*tables_.sun_scale, at, 0, 0, half_);
   }
   const double rayleigh_phase = rayleigh_phase_per_sr(nu, 0.0);
   const double mie_phase = cornette_shanks(nu, k.mie_g);
@@ -98,15 +108,11 @@ ChannelTriple TableSky::radiance(double r_km, double mu, double mu_s, double nu)
 }
 
 ChannelTriple TableSky::transmittance(double r_km, double mu) const {
-  const TexelPoint at = layout_.transmittance_texel({r_km, mu});
-  const Texel t = look_up(tables_.transmittance, at.x, at.y, 0);
-  return {t[0], t[1], t[2]};
+  return look_up(tables_.transmittance, layout_.transmittance_texel({r_km, mu}), half_);
 }
 
 ChannelTriple TableSky::irradiance(double r_km, double mu_s) const {
-  const TexelPoint at = layout_.irradiance_texel({r_km, mu_s});
-  const Texel t = look_up(tables_.irradiance, at.x, at.y, 0);
-  return {t[0], t[1], t[2]};
+  return look_up(tables_.irradiance, layout_.irradiance_texel({r_km, mu_s}), half_);
 }
 
 }  // namespace twilight

@@ -31,13 +31,13 @@ class TableSky {
   ChannelTriple irradiance(double r_km, double mu_s) const;
 
  private:
-  using Texel = std::array<double, 4>;
-  Texel look_up(const Texture& texture, double x, double y, double z) const;
-
   const TableLayout& layout_;
   const SkyTables& tables_;
   bool half_;
 };
+
+/// Three channels of a 2D texture, linear between texel centres, clamped to its edge.
+ChannelTriple look_up(const Texture& texture, TexelPoint at, bool half);
 
 /// A 32 bit float as the nearest 16 bit one has it (IEEE 754, ties to even; subnormal ones kept).
 float rounded_to_half(float value);

@@ -48,6 +48,8 @@ class OrdersSky : public Sky {
   /// The same atmosphere and observer under another Sun (geometric elevation; its azimuth, distance
   /// and irradiance stay): milliseconds.
   std::unique_ptr<OrdersSky> under(double sun_elevation_rad) const;
+  /// As radiance(), without the light that the ground itself sends up a view ray.
+  std::vector<double> scattered_radiance(std::span<const ViewDirection> views) const;
   /// Single scattering alone, as stokes().
   StokesRadiance single_scattering(std::span<const ViewDirection> views) const;
 
