@@ -13,6 +13,7 @@
 #include "atmosphere/rayleigh.h"
 #include "atmosphere/refraction.h"
 #include "sim/elapsed_time.h"
+#include "sim/gauss_legendre.h"
 #include "sim/observer_ray.h"
 #include "sim/sky_column.h"
 #include "sim/solver_arena.h"
@@ -382,25 +383,52 @@ Texture fill_transmittance(const TableSource& source, std::size_t width, std::si
 
 Texture fill_irradiance(const TableSource& source, const TableLayout& layout,
                         const RunControl& control) {
+  constexpr int kElevations = 12, kAngles = 8;
   const LayoutSizes& n = layout.sizes();
-  const std::span<const double> sun = source.model.solar_irradiance;
+  const OrdersAtmosphere& air = *source.sky.atmosphere();
+  const Medium& m = source.model.medium;
+  std::vector<ViewDirection> views;
+  std::vector<double> weight;
+  for (const GaussNode& g : gauss_legendre(kElevations, 0, 1)) {
+    const double sine = g.x * g.x;  // crowds at the horizon
+    for (int k = 0; k < kAngles; ++k) {
+      views.push_back({std::asin(sine), (k + 0.5) * pi / kAngles});
+      weight.push_back(2 * g.x * g.weight * sine * 2 * pi / kAngles);
+    }
+  }
+  std::vector<RefractedRays> rays;
+  for (std::size_t w = 0; w < m.wavelengths(); ++w) rays.emplace_back(m, w);
   Texture out(n.irradiance_mu_s, n.irradiance_r);
   for (std::size_t y = 0; y < n.irradiance_r; ++y) {
     control.report("irradiance", static_cast<double>(y) / static_cast<double>(n.irradiance_r));
     const double r = layout.irradiance_at({0, static_cast<double>(y)}).r_km;
-    const OrdersSky sky = at_altitude(source, std::clamp(r - layout.geometry().bottom_radius_km,
-                                                         0.0, source.model.medium.top_km()));
-    for (std::size_t x = 0; x < n.irradiance_mu_s; ++x) {
+    const double h = std::clamp(r - layout.geometry().bottom_radius_km, 0.0, m.top_km());
+    tbb::parallel_for(std::size_t{0}, n.irradiance_mu_s, [&](std::size_t x) {
       control.check();
       const double mu_s =
           layout.irradiance_at({static_cast<double>(x), static_cast<double>(y)}).cosine;
-      std::vector<double> diffuse = sky.under(std::asin(mu_s))->irradiance().diffuse;
-      for (std::size_t w = 0; w < sun.size(); ++w) diffuse[w] /= sun[w];
+      const double zenith = std::acos(mu_s);
+      const OrdersGather gather(air, zenith, h);
+      std::vector<double> diffuse(m.wavelengths(), 0.0), path(m.layers());
+      for (std::size_t v = 0; v < views.size(); ++v) {
+        const auto light = gather.view(views[v].elevation_rad, views[v].relative_azimuth_rad,
+                                       OrdersGather::Light::kTruncated);
+        for (std::size_t w = 0; w < m.wavelengths(); ++w) diffuse[w] += weight[v] * light.i[w];
+      }
+      // What the truncated phase functions leave in the beam is diffuse light.
+      for (std::size_t w = 0; w < m.wavelengths(); ++w) {
+        const auto apparent = rays[w].apparent_zenith_rad(h, zenith);
+        if (!apparent || std::cos(*apparent) <= 0) continue;
+        if (rays[w].trace_outward(h, *apparent, path).hits_ground) continue;
+        const double beam = std::exp(-slant_optical_depth(m, w, path));
+        const double truncated = std::exp(-slant_optical_depth(air.optics.truncated, w, path));
+        diffuse[w] += std::cos(*apparent) * std::max(0.0, truncated - beam);
+      }
       const ChannelTriple rgb = source.channels.radiance<double>(diffuse);
       float* texel = out.at(x, y);
       for (std::size_t c = 0; c < 3; ++c) texel[c] = stored(rgb[c]);
       texel[3] = 1;
-    }
+    });
   }
   return out;
 }
@@ -449,7 +477,9 @@ SkyTables fill_sky_tables(const TableSource& source, const TableLayout& layout,
       out.outside_rec709 += filler.outside();
     }
   });
-  if (slices.empty()) out.irradiance = fill_irradiance(source, layout, control);
+  if (slices.empty()) {
+    arena.arena.execute([&] { out.irradiance = fill_irradiance(source, layout, control); });
+  }
   out.seconds = seconds_since(start);
   return out;
 }

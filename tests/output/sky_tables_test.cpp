@@ -374,29 +374,35 @@ TEST(SkyColumns, LeaveOutTheGroundsOwnLight) {
   EXPECT_NEAR(seen[0] / scattered[0], 1, 1e-3);
 }
 
-// Mean radiance over all directions at the ground, above a black one: half the sky's mean.
+// Against the sky's and the air's light below, gathered in every direction at a texel's place.
 TEST(HillaireTables, MultipleScatteringIsTheMeanRadiance) {
+  constexpr double kCosine = 2 * 27.0 / 31 - 1;  // of texel 27
   SceneModel model = orders_model(exponential_air(0.3, 30, 60, 3), 30);
   model.medium.wavelength_nm = {440, 550, 680};
+  const double R = model.medium.earth_radius_km;
+  const Hillaire2020Layout layout({8, 4, 32, 12, 8}, R, R + 60);
+  // The public shaders' lowest row stands 1 % of the air's height above the ground.
+  const double height_km = layout.multiple_at({27, 0}).r_km - R;
+  EXPECT_NEAR(height_km, 0.6, 1e-3);
+  model.scene.observer.height_m = 1e3 * height_km;
+  model.sun_elevation_rad = std::asin(kCosine);
   const OrdersSky sky(model, RunControl{});
   const TableChannels channels(model, TableSpectrum::kWavelengths);
-  const double R = model.medium.earth_radius_km;
-  Hillaire2020Layout::Sizes sizes{8, 4, 32, 12, 8};
-  const Hillaire2020Layout layout(sizes, R, R + 60);
   const HillaireTables tables = fill_hillaire_tables({model, sky, channels}, layout, {30}, {});
   std::vector<ViewDirection> views;
   std::vector<double> weight;
-  for (const GaussNode& g : gauss_legendre(24, 0, 1)) {
-    for (int k = 0; k < 16; ++k) {
-      views.push_back({std::asin(g.x * g.x), (k + 0.5) * pi / 16});
-      weight.push_back(2 * g.x * g.weight * 2 * pi / 16);
+  for (const double side : {-1.0, 1.0}) {
+    for (const GaussNode& g : gauss_legendre(24, 0, 1)) {
+      for (int k = 0; k < 16; ++k) {
+        views.push_back({side * std::asin(g.x * g.x), (k + 0.5) * pi / 16});
+        weight.push_back(2 * g.x * g.weight * 2 * pi / 16);
+      }
     }
   }
-  const std::vector<double> light = sky.under(0.5 * pi - std::acos(23.0 / 31))->radiance(views);
+  const std::vector<double> light = sky.radiance(views);
   double mean = 0;
   for (std::size_t v = 0; v < views.size(); ++v) mean += weight[v] * light[3 * v + 1] / (4 * pi);
-  // Texel 27 stands at the cosine 2 * 27 / 31 - 1; the lowest row within 1 % of 60 km.
-  EXPECT_NEAR(tables.multiple.at(27, 0)[1] / mean, 1, 0.02);
+  EXPECT_NEAR(tables.multiple.at(27, 0)[1] / mean, 1, 0.02);  // levels are linear between
 }
 
 TEST(TableSky, HalvesRoundToTheNearestEven) {
