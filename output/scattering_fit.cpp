@@ -11,9 +11,10 @@ namespace twilight {
 namespace {
 
 using std::numbers::pi;
-constexpr int kSunsBetween = 2;  // samples inside an interval of mu_s
-constexpr int kBetween = 6;      // samples inside an interval of nu
-constexpr int kAureole = 16;     // inside the one that holds the Sun, even in angle
+constexpr int kSunsBetween = 2;   // samples inside an interval of mu_s
+constexpr double kForward = 0.1;  // least weight of a sample of the aureole
+constexpr int kBetween = 6;       // samples inside an interval of nu
+constexpr int kAureole = 16;      // inside the one that holds the Sun, even in angle
 // The fit stays near the solver's own values where samples do not tell.
 constexpr double kRidge = 1e-5;
 // Of what is not single Mie scattering, this share stays in C_*,r of a combined table.
@@ -113,6 +114,8 @@ ScatteringFit::ScatteringFit(std::size_t suns, std::vector<double> nu_nodes, dou
       sun_place_.push_back({k, share});
     }
   }
+  nu_weight_.assign(nodes_.size(), 1.0);
+  nu_weight_.back() = kForward;
   for (std::size_t k = 0; between && k + 1 < nodes_.size(); ++k) {
     const bool sun = k + 2 == nodes_.size();
     const int count = sun ? kAureole : kBetween;
@@ -120,6 +123,9 @@ ScatteringFit::ScatteringFit(std::size_t suns, std::vector<double> nu_nodes, dou
     for (int i = 0; i < count; ++i) {
       const double f = (i + 0.5) / count;
       sample_nu_.push_back(sun ? std::cos(far * (1 - f)) : std::lerp(nodes_[k], nodes_[k + 1], f));
+      const double share =
+          std::sin(far * (1 - f)) * far / count * kBetween / (nodes_[k + 1] - nodes_[k]);
+      nu_weight_.push_back(sun ? std::max(kForward, share) : 1.0);
     }
   }
   for (const double nu : sample_nu_) {
@@ -189,6 +195,7 @@ void ScatteringFit::fit(std::span<const ScatteringSample> samples, std::size_t c
     if (!(samples[i].radiance[c] > 0) || samples[i].weight <= 0) continue;
     const Row r = row(i / nus, i % nus);
     const double per = 1 / samples[i].radiance[c];
+    const double weight = samples[i].weight * nu_weight_[i % nus];
     double phase = rayleigh_[i % nus];
     if (!with_mie) {
       double red = 0, mie = 0;
@@ -212,7 +219,7 @@ void ScatteringFit::fit(std::span<const ScatteringSample> samples, std::size_t c
     double wanted = 1;
     for (std::size_t a = 0; a < count; ++a) wanted -= value[a] * least[at[a]];
     for (std::size_t a = 0; a < count; ++a) {
-      const double weighted = samples[i].weight * value[a];
+      const double weighted = weight * value[a];
       system.right[at[a]] += weighted * wanted;
       for (std::size_t b = 0; b <= a; ++b) system.at(at[a], at[b]) += weighted * value[b];
     }
@@ -267,8 +274,8 @@ double ScatteringFit::error(std::span<const ScatteringSample> samples,
       }
       if (!(samples[i].radiance[c] > 0)) continue;
       const double e = (rayleigh_[nu] * star[c] + mie_[nu] * mie[c]) / samples[i].radiance[c] - 1;
-      sum += samples[i].weight * e * e;
-      weight += samples[i].weight;
+      sum += samples[i].weight * nu_weight_[nu] * e * e;
+      weight += samples[i].weight * nu_weight_[nu];
     }
   }
   return weight > 0 ? std::sqrt(sum / weight) : 0.0;

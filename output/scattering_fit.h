@@ -75,6 +75,7 @@ class ScatteringFit {
   std::array<double, 3> proportionality_;
   std::vector<Place> sun_place_, nu_place_;
   std::vector<double> rayleigh_, mie_;  // phase functions, [nu]
+  std::vector<double> nu_weight_;       // share of the directions, about 1 outside the aureole
 };
 
 /// Normal equations of a least squares problem whose rows touch unknowns fewer than `band` apart.
