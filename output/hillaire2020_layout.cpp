@@ -50,8 +50,9 @@ Texture fill_sky_view(const TableSource& source, const Hillaire2020Layout& layou
   const double geometric = -std::acos(std::min(1.0, layout.bottom_radius_km() / r));
   const double apparent =
       pi / 2 - air.colours[air.middle_colour].rays.horizon_apparent_zenith_rad(h);
-  std::vector<ViewDirection> views;
-  std::vector<float*> texels;
+  // Upwards the sky may be interpolated; downwards the ground's light has to stay out.
+  std::vector<ViewDirection> up, down;
+  std::vector<float*> up_texels, down_texels;
   for (std::size_t y = 0; y < out.height; ++y) {
     for (std::size_t x = 0; x < out.width; ++x) {
       const auto view = layout.sky_view_at(r, {static_cast<double>(x), static_cast<double>(y)});
@@ -59,23 +60,26 @@ Texture fill_sky_view(const TableSource& source, const Hillaire2020Layout& layou
       if (view.meets_ground && h <= 0) continue;
       const double elevation = apparent_elevation_rad(std::asin(view.mu), geometric, apparent);
       constexpr double kClear_rad = 1e-7;
-      views.push_back({view.meets_ground ? std::min(elevation, apparent - kClear_rad)
-                       : h > 0           ? std::max(elevation, apparent + kClear_rad)
-                                         : std::max(elevation, 0.0),
-                       std::acos(view.cos_azimuth)});
-      texels.push_back(out.at(x, y));
+      const double apart = view.meets_ground ? std::min(elevation, apparent - kClear_rad)
+                           : h > 0           ? std::max(elevation, apparent + kClear_rad)
+                                             : std::max(elevation, 0.0);
+      (apart >= 0 ? up : down).push_back({apart, std::acos(view.cos_azimuth)});
+      (apart >= 0 ? up_texels : down_texels).push_back(out.at(x, y));
     }
   }
-  const std::vector<double> light = sky->scattered_radiance(views);
   const std::span<const double> sun = source.model.solar_irradiance;
-  std::vector<double> ratio(sun.size());
-  for (std::size_t v = 0; v < views.size(); ++v) {
-    for (std::size_t w = 0; w < sun.size(); ++w) ratio[w] = light[v * sun.size() + w] / sun[w];
-    const ChannelTriple rgb = source.channels.radiance<double>(ratio);
-    for (std::size_t c = 0; c < 3; ++c) {
-      texels[v][c] = static_cast<float>(std::max(0.0, rgb[c]));
+  const auto store = [&](std::vector<double> light, const std::vector<float*>& texels) {
+    for (std::size_t v = 0; v < texels.size(); ++v) {
+      const std::span<double> ratio(&light[v * sun.size()], sun.size());
+      for (std::size_t w = 0; w < sun.size(); ++w) ratio[w] /= sun[w];
+      const ChannelTriple rgb = source.channels.radiance(std::span<const double>(ratio));
+      for (std::size_t c = 0; c < 3; ++c) {
+        texels[v][c] = static_cast<float>(std::max(0.0, rgb[c]));
+      }
     }
-  }
+  };
+  store(sky->map_radiance(up), up_texels);
+  store(sky->scattered_radiance(down), down_texels);
   return out;
 }
 
