@@ -6,9 +6,9 @@
 namespace twilight {
 
 /// As Bruneton2017Layout but for the scattering table's mu_s axis, which runs in the solar zenith
-/// angle z (degrees): u = 1 - t(z) / t(z_max), t = z / 3 up to kDusk_deg, growing three times as fast
-/// beyond. It reaches solar zenith angle acos(mu_s_min), 108.5 degrees: the end of astronomical
-/// twilight.
+/// angle z (degrees): u = 1 - t(z) / t(z_max), t = z / 3 up to kDusk_deg, growing three times as
+/// fast beyond. It reaches solar zenith angle acos(mu_s_min), 108.5 degrees: the end of
+/// astronomical twilight.
 class TwilightLayout : public Bruneton2017Layout {
  public:
   static constexpr double kDusk_deg = 84.0;
