@@ -83,6 +83,49 @@ void add_field(CLI::App* sub, CommandLine& line) {
       "same atmosphere, ground and solver, for any Sun, observer and view");
 }
 
+void add_tables(CLI::App& app, CommandLine& line) {
+  TablesOptions& options = line.tables;
+  CLI::App* sub = add_command(app, line, Command::kTables, "tables",
+                              "tables that real-time renderers sample, filled by solver.method "
+                              "\"orders\"");
+  sub->add_option(
+         "--layout", options.layout,
+         "bruneton2008, bruneton2017, hillaire2020, or twilight: that of 2017 with another "
+         "axis of the Sun, to 18.5 degrees below the horizon")
+      ->required();
+  sub->add_option("-o,--output", options.directory,
+                  "folder for NAME.dat (float32 RGBA), NAME.exr and manifest.json")
+      ->required();
+  sub->add_option("--spectrum", options.spectrum,
+                  "rgb: linear Rec. 709, integrated over the spectrum; wavelengths: spectral "
+                  "radiance nearest to 680, 550 and 440 nm")
+      ->capture_default_str();
+  sub->add_flag("--separate-mie", options.separate_mie,
+                "single Mie scattering in a texture of its own, not its red in alpha");
+  sub->add_option("--filling", options.filling,
+                  "fitted: texels that make the interpolated sky fit best; nodes: the solver's "
+                  "values where texels stand")
+      ->capture_default_str();
+  sub->add_option("--mie-g", options.mie_g,
+                  "g of the renderer's Mie phase function, -0.99..0.99 [the best]");
+  sub->add_option("--mu-s-min-deg", options.mu_s_min_deg,
+                  "solar zenith angle, degrees, that makes mu_s_min: above 90, to 120 [102; "
+                  "twilight 108.5]");
+  sub->add_option("--scale", options.scale, "factor of every axis' texels, 0.1..4")
+      ->capture_default_str();
+  sub->add_flag("--half", options.half, "also NAME.half.exr, 16 bit floats");
+  sub->add_option("--suns", options.suns,
+                  "elevations of the Sun, degrees: of hillaire2020's sky views "
+                  "[60,30,10,5,0,-3,-6,-9,-12] and of --check")
+      ->delimiter(',');
+  sub->add_flag("--check", options.check,
+                "compare the sky read from the tables with the solver's, as errors.csv");
+  sub->add_option("--check-scales", options.check_scales,
+                  "scales whose error --check measures too, as 0.5,2")
+      ->delimiter(',');
+  add_field(sub, line);
+}
+
 void add_tradeoff(CLI::App& app, CommandLine& line) {
   TradeoffOptions& options = line.tradeoff;
   CLI::App* sub = add_command(app, line, Command::kTradeoff, "tradeoff",
@@ -251,6 +294,7 @@ ParsedCommandLine parse_command_line(int argc, const char* const* argv) {
               "where the Sun stands, and when it sets and twilight ends, as CSV");
   add_command(app, line, Command::kOptics, "optics", "the layers of the atmosphere, as CSV");
 
+  add_tables(app, line);
   add_tradeoff(app, line);
   add_fit(app, line);
   add_compare(app, line);

@@ -9,6 +9,7 @@
 
 #include "output/sky_comparison.h"
 #include "output/sky_fit.h"
+#include "output/tables_command.h"
 #include "output/tradeoff.h"
 #include "sim/sky.h"
 
@@ -31,6 +32,7 @@ enum class Command {
   kSolve,
   kCompare,
   kAerial,
+  kTables,
   kTradeoff,
   kTradeoffRung,
   kFit
@@ -58,6 +60,7 @@ struct CommandLine {
   std::vector<std::string> views;  ///< radiance, "EL,AZ"
   std::optional<std::filesystem::path> views_file;
   std::vector<double> distances_km;  ///< aerial, 0..1e5
+  TablesOptions tables;
   /// tradeoff; its scene and overrides are those above.
   TradeoffOptions tradeoff;
   /// fit: form and quantity, the Suns of a study that names none, and the file to write.

@@ -217,6 +217,42 @@ void write_spectral_exr(AtomicFile& file, const SkyImage& spectral, const SkyIma
   write_file(file, header, frame, spectral.height);
 }
 
+void write_rgba_exr(AtomicFile& file, int width, int height, std::span<const float> rgba, bool half,
+                    const ImageAttributes& attributes) {
+  const auto pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+  if (width < 1 || height < 1 || rgba.size() != 4 * pixels) {
+    throw std::logic_error(
+        fmt::format("table of {} x {} pixels holds {} values", width, height, rgba.size()));
+  }
+  for (const float value : rgba) {
+    if (!std::isfinite(value)) throw std::logic_error("a value of a table is not finite");
+  }
+  Imf::Header header(width, height);
+  header.compression() = Imf::ZIP_COMPRESSION;
+  header.lineOrder() = Imf::INCREASING_Y;
+  add_attributes(header, attributes);
+  std::vector<Imath::half> halves;
+  if (half) {
+    halves.reserve(rgba.size());
+    for (const float value : rgba) {
+      halves.emplace_back(std::clamp(value, -65504.0F, 65504.0F));
+    }
+  }
+  const std::size_t bytes = half ? sizeof(Imath::half) : sizeof(float);
+  // The frame buffer is only read from; the interface has no const version.
+  char* base = half ? reinterpret_cast<char*>(halves.data())
+                    : const_cast<char*>(reinterpret_cast<const char*>(rgba.data()));
+  Imf::FrameBuffer frame;
+  const Imf::PixelType type = half ? Imf::HALF : Imf::FLOAT;
+  std::size_t c = 0;
+  for (const char* name : {"R", "G", "B", "A"}) {
+    header.channels().insert(name, Imf::Channel(type));
+    frame.insert(name, Imf::Slice(type, base + c++ * bytes, 4 * bytes,
+                                  4 * bytes * static_cast<std::size_t>(width)));
+  }
+  write_file(file, header, frame, height);
+}
+
 void write_exr(const std::filesystem::path& path, const SkyImage& image,
                const MapProjection& projection, const ImageAttributes& attributes) {
   AtomicFile file(path);

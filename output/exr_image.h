@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <utility>
 #include <variant>
@@ -50,6 +51,12 @@ void write_spectral_exr(AtomicFile& file, const SkyImage& spectral, const SkyIma
 void write_spectral_exr(const std::filesystem::path& path, const SkyImage& spectral,
                         const SkyImage* preview, const MapProjection& projection,
                         const ImageAttributes& attributes = {});
+
+/// Writes a table as an image of channels R, G, B, A (interleaved values of any sign, width x
+/// height x 4), FLOAT or, rounded and cut off at 65504, HALF; ZIP compression, attributes as
+/// write_exr. Throws as that, std::logic_error where a value is not finite or sizes disagree.
+void write_rgba_exr(AtomicFile& file, int width, int height, std::span<const float> rgba, bool half,
+                    const ImageAttributes& attributes = {});
 
 /// "S0.550,000nm" for 550: the layout's decimal sign is the comma, the dot
 /// parts layers. Throws std::invalid_argument unless 0 < wavelength_nm < 1e6.

@@ -37,10 +37,12 @@
 #include "output/sky_fit.h"
 #include "output/sky_image.h"
 #include "output/study_axes.h"
+#include "output/tables_command.h"
 #include "output/tradeoff.h"
 #include "output/tradeoff_report.h"
 #include "sim/budget_plan.h"
 #include "sim/cost_model.h"
+#include "sim/orders_sky.h"
 #include "sim/scene_file.h"
 #include "sim/scene_model.h"
 #include "sim/simd_target.h"
@@ -149,7 +151,8 @@ std::vector<View> views_of(const CommandLine& line) {
 /// What a command looks at: the whole hemisphere, its views, or, of a field, every Sun.
 WantedSky wanted_sky(const CommandLine& line) {
   WantedSky wanted;
-  wanted.every_sun = line.command == Command::kSolve || line.field.has_value();
+  wanted.every_sun =
+      line.command == Command::kSolve || line.command == Command::kTables || line.field.has_value();
   if (line.command != Command::kRadiance && line.command != Command::kAerial) return wanted;
   if (wanted.every_sun) return wanted;
   std::vector<ViewDirection> views;
@@ -611,6 +614,38 @@ void optics(Run& run) {
   table.write("-", std::cout);
 }
 
+void tables(Run& run) {
+  const TablesOptions& options = run.line.tables;
+  checking_input([&] {
+    try {
+      require_tables(options, run.scene);
+    } catch (const std::invalid_argument& error) {
+      throw std::invalid_argument(fmt::format("{}: {}", run.line.scene.string(), error.what()));
+    }
+  });
+  if (options.spectrum == "rgb") warn_of_missing_light(run);
+  run.choose_settings();
+  run.foretell(0);
+  const SceneModel model = run.model();
+  std::shared_ptr<const OrdersField> field;
+  if (run.line.field) {
+    field = checking_input(
+        [&] { return std::make_shared<const OrdersField>(read_field(*run.line.field, model)); });
+  }
+  const OrdersSky sky(model, std::move(field), run.control());
+  const TablesOutcome outcome = run.timed("tables", [&] {
+    return make_tables(model, sky, options, run.line.scene.string(), run.control());
+  });
+  if (!outcome.errors.empty()) {
+    std::cout << error_table(outcome.errors).text() << std::flush;
+    if (!std::cout) throw std::runtime_error("cannot write standard output");
+  }
+  auto figures = outcome.figures;
+  figures.emplace_back("written to " + options.directory.string(),
+                       fmt::format("{}", fmt::join(outcome.files, ", ")));
+  run.summarise(sky.summary(), figures);
+}
+
 void tradeoff(Run& run) {
   const TradeoffPlan plan = checking_input([&] {
     TradeoffOptions options = run.line.tradeoff;
@@ -687,7 +722,7 @@ void tradeoff_rung(const CommandLine& line) {
 bool solves(Command command) {
   return command == Command::kRender || command == Command::kRadiance ||
          command == Command::kAerial || command == Command::kIrradiance ||
-         command == Command::kSolve;
+         command == Command::kSolve || command == Command::kTables;
 }
 
 void run_command(const CommandLine& line, spdlog::logger& log) {
@@ -727,6 +762,8 @@ void run_command(const CommandLine& line, spdlog::logger& log) {
       return sun(run);
     case Command::kOptics:
       return optics(run);
+    case Command::kTables:
+      return tables(run);
     case Command::kTradeoff:
       // Its rungs say themselves what they model.
       run.scene.quality.reset();

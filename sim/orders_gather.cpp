@@ -112,7 +112,7 @@ void OrdersGather::add_single(const RayPath& ray, double azimuth, Light light,
       }
     }
   }
-  if (!ray.hits_ground || !air_.options.ground_light) return;
+  if (!ray.hits_ground || !air_.options.ground_light || light == Light::kScattered) return;
   const double psi = ray.pieces.empty() ? 0.0 : ray.pieces.back().end_angle_rad;
   const SunHere sun = sun_at(psi, azimuth);
   if (!air_.sunlit->beam(0, sun.zenith_rad, beam.data())) return;
@@ -124,7 +124,8 @@ void OrdersGather::add_single(const RayPath& ray, double azimuth, Light light,
   }
 }
 
-void OrdersGather::add_multiple(const RayPath& ray, double azimuth, Spectrum& out) const {
+void OrdersGather::add_multiple(const RayPath& ray, double azimuth, Light light,
+                                Spectrum& out) const {
   const OrdersField& field = *air_.field;
   if (field.orders < 2) return;
   const OrdersMedium& optics = air_.optics;
@@ -232,7 +233,7 @@ void OrdersGather::add_multiple(const RayPath& ray, double azimuth, Spectrum& ou
     out.q[w] += static_cast<double>(sum[lanes_ + w]);
     out.u[w] += static_cast<double>(sum[2 * lanes_ + w]);
   }
-  if (!path.hits_ground || !air_.options.ground_light) return;
+  if (!path.hits_ground || !air_.options.ground_light || light == Light::kScattered) return;
   const double psi = ray.pieces.empty() ? 0.0 : ray.pieces.back().end_angle_rad;
   const SunHere sun = sun_at(psi, azimuth);
   double f;
@@ -248,7 +249,7 @@ OrdersGather::Spectrum OrdersGather::along(const RayPath& ray, double azimuth, L
   Spectrum out{std::vector<double>(lanes_), std::vector<double>(lanes_),
                std::vector<double>(lanes_)};
   add_single(ray, azimuth, light, out);
-  if (light != Light::kSingle) add_multiple(ray, azimuth, out);
+  if (light != Light::kSingle) add_multiple(ray, azimuth, light, out);
   // Here e_theta points down: a field along e_theta + e_phi lies anticlockwise of the vertical.
   for (double& u : out.u) u = -u;
   for (double& i : out.i) i = std::max(i, 0.0);

@@ -28,6 +28,7 @@ class OrdersGather {
   enum class Light {
     kAll,        ///< single scattering by the full phase functions, and multiple
     kSingle,     ///< single scattering and the ground's reflection of direct light alone
+    kScattered,  ///< as kAll, without what the ground itself sends up the view ray
     kTruncated,  ///< as kAll, by the truncated phase functions: it carries the field's energy
   };
   struct Spectrum {
@@ -57,7 +58,7 @@ class OrdersGather {
  private:
   Spectrum along(const RayPath& ray, double azimuth, Light light) const;
   void add_single(const RayPath& ray, double azimuth, Light light, Spectrum& out) const;
-  void add_multiple(const RayPath& ray, double azimuth, Spectrum& out) const;
+  void add_multiple(const RayPath& ray, double azimuth, Light light, Spectrum& out) const;
 
   const OrdersAtmosphere& air_;
   std::size_t lanes_;

@@ -113,6 +113,10 @@ std::vector<double> OrdersSky::radiance(std::span<const ViewDirection> views) co
   return gather(views, OrdersGather::Light::kAll).i;
 }
 
+std::vector<double> OrdersSky::scattered_radiance(std::span<const ViewDirection> views) const {
+  return gather(views, OrdersGather::Light::kScattered).i;
+}
+
 std::unique_ptr<OrdersSky> OrdersSky::under(double sun_elevation_rad) const {
   SceneModel model = model_;
   model.sun_elevation_rad = sun_elevation_rad;

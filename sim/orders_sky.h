@@ -56,6 +56,8 @@ class OrdersSky : public Sky {
   std::unique_ptr<Sky> with_sun_at(double sun_elevation_rad) const override {
     return under(sun_elevation_rad);
   }
+  /// As radiance(), without the light that the ground itself sends up a view ray.
+  std::vector<double> scattered_radiance(std::span<const ViewDirection> views) const;
   /// Single scattering alone, as stokes().
   StokesRadiance single_scattering(std::span<const ViewDirection> views) const;
 

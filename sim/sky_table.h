@@ -7,7 +7,7 @@
 
 #include "sim/observer_ray.h"
 #include "sim/orders_gather.h"
-#include "sim/sky_table_kernel.h"
+#include "sim/sky_column.h"
 
 namespace twilight {
 
@@ -84,20 +84,17 @@ class SkyTable {
   void lay_out();
   void choose_azimuths();
   void fill();
-  Column evaluate(double elevation_rad, std::span<const double> azimuths) const;
-  void add_multiple(const ObserverRay& ray, std::span<const double> azimuths, float* light) const;
-  void add_ground(const ObserverRay& ray, std::span<const double> azimuths, float* light) const;
-  void add_single(const ObserverRay& ray, std::span<const double> azimuths, Column& out) const;
+  Column evaluate(double elevation_rad, std::span<const double> azimuths) const {
+    return light_.at(*rays_.at(elevation_rad), azimuths);
+  }
   double error(double elevation_rad, double azimuth, const float* truth, const float* const* nodes,
                const double* weights) const;
-  SkyPoint point(double elevation_rad, double azimuth) const;
 
   const OrdersAtmosphere& air_;
   const ObserverRays& rays_;
-  const OrdersGather& gather_;
+  SkyColumns light_;
   double solar_zenith_rad_;
-  std::size_t L_, scatterers_, block_;  // block: floats per node
-  std::vector<float> anisotropic_share_;
+  std::size_t L_, block_;          // block: floats per node
   double highest_air_rad_ = 10;    // no air beyond
   std::vector<Segment> segments_;  // from below upwards
   CubicNodes azimuth_;
