@@ -138,15 +138,15 @@ void BrunetonSky::spectrum(const ViewDirection& view, std::span<double> out) con
   for (std::size_t w = 0; w < out.size(); ++w) out[w] += through[w] * ground[w];
 }
 
-BrunetonSky::AerialPerspective BrunetonSky::aerial_perspective(const ViewDirection& view,
-                                                               double distance_km) const {
+std::optional<AerialLight> BrunetonSky::aerial_light(const ViewDirection& view,
+                                                     double distance_km) const {
   const Passage way = passage(view);
   const double d = std::clamp(distance_km - way.before_km, 0.0, way.length_km);
-  AerialPerspective result{transmittance_to(way, d), inscatter_at(way, 0.0)};
+  AerialLight result{transmittance_to(way, d), inscatter_at(way, 0.0)};
   const std::vector<double> beyond = inscatter_at(way, d);
   for (std::size_t w = 0; w < beyond.size(); ++w) {
-    result.inscatter[w] =
-        sun_[w] * std::max(0.0, result.inscatter[w] - result.transmittance[w] * beyond[w]);
+    result.inscattered[w] =
+        sun_[w] * std::max(0.0, result.inscattered[w] - result.transmittance[w] * beyond[w]);
   }
   return result;
 }

@@ -37,10 +37,8 @@ class BrunetonSky : public ModelSky {
 
   /// Aerial perspective of an object at distance_km (from the observer; taken within the air): the
   /// transmittance T(x, x_s) and the light scattered in on the way, S|x - T S|x_s (Eq. 16).
-  struct AerialPerspective {
-    std::vector<double> transmittance, inscatter;
-  };
-  AerialPerspective aerial_perspective(const ViewDirection& view, double distance_km) const;
+  std::optional<AerialLight> aerial_light(const ViewDirection& view,
+                                          double distance_km) const override;
 
   /// Light scattered into the whole view where terrain shadows `shadow_km` of it in all: the
   /// shadow is put at the far end of views to the ground, S|x - T(x, x_s) S|x_s with x_s = x_o - l

@@ -80,12 +80,12 @@ TwoShellOptics HoffmanPreethamSky::optics(const ViewDirection& view, std::size_t
           haze_per_km_[w] * haze};
 }
 
-HoffmanPreethamSky::Distance HoffmanPreethamSky::aerial_perspective(const ViewDirection& view,
-                                                                    double distance_km) const {
+std::optional<AerialLight> HoffmanPreethamSky::aerial_light(const ViewDirection& view,
+                                                            double distance_km) const {
   if (!(distance_km >= 0.0)) {
     throw std::invalid_argument(fmt::format("distance_km is {}; it must be >= 0", distance_km));
   }
-  Distance result;
+  AerialLight result;
   for (std::size_t w = 0; w < air_per_km_.size(); ++w) {
     const TwoShellOptics o = optics(view, w);
     const double extinction = o.air_extinction_per_km + o.haze_extinction_per_km;

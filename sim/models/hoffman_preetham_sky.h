@@ -22,14 +22,10 @@ class HoffmanPreethamSky final : public HemisphereSky {
   /// Eq. 5: extinction along the optical lengths of air and haze.
   std::vector<double> sun_transmittance() const override;
 
-  /// Eq. 1: light of radiance L seen over a distance is transmittance L + inscattered.
-  struct Distance {
-    std::vector<double> transmittance;  ///< Eq. 3, 0..1
-    std::vector<double> inscattered;    ///< Eq. 4, W m^-2 sr^-1 nm^-1
-  };
-  /// Near the ground, where the density is constant. Throws std::invalid_argument unless
-  /// distance_km >= 0 (infinity allowed).
-  Distance aerial_perspective(const ViewDirection& view, double distance_km) const;
+  /// Eqs. 3 and 4, near the ground, where the density is constant. Throws std::invalid_argument
+  /// unless distance_km >= 0 (infinity allowed).
+  std::optional<AerialLight> aerial_light(const ViewDirection& view,
+                                          double distance_km) const override;
 
  protected:
   void spectrum(const ViewDirection& view, std::span<double> out) const override;

@@ -26,9 +26,9 @@ std::vector<double> NishitaSky::sun_transmittance() const {
   return scattering_.sun_transmittance(height_km_, model_.sun_elevation_rad);
 }
 
-AerialPerspective NishitaSky::aerial_perspective(double start_height_km,
-                                                 const ViewDirection& direction,
-                                                 double length_km) const {
+SingleScatteredRay NishitaSky::aerial_perspective(double start_height_km,
+                                                  const ViewDirection& direction,
+                                                  double length_km) const {
   if (!(start_height_km >= 0.0 && start_height_km < 1e9)) {
     throw std::invalid_argument(
         fmt::format("start_height_km is {}; it must be in 0..1e9", start_height_km));
@@ -40,8 +40,13 @@ AerialPerspective NishitaSky::aerial_perspective(double start_height_km,
                             direction.relative_azimuth_rad, length_km, model_.sun_elevation_rad});
 }
 
+std::optional<AerialLight> NishitaSky::aerial_light(const ViewDirection& view,
+                                                    double distance_km) const {
+  return aerial_perspective(height_km_, view, distance_km);
+}
+
 void NishitaSky::spectrum(const ViewDirection& view, std::span<double> out) const {
-  const AerialPerspective seen =
+  const SingleScatteredRay seen =
       scattering_.along({height_km_, view.elevation_rad, view.relative_azimuth_rad,
                          std::numeric_limits<double>::infinity(), model_.sun_elevation_rad});
   for (std::size_t w = 0; w < out.size(); ++w) {

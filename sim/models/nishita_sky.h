@@ -24,8 +24,11 @@ class NishitaSky final : public ModelSky {
   /// stands at the scene's elevation; in-scattered radiance in W m^-2 sr^-1 nm^-1. Throws
   /// std::invalid_argument unless start_height_km and length_km are >= 0 (the length may be
   /// infinite).
-  AerialPerspective aerial_perspective(double start_height_km, const ViewDirection& direction,
-                                       double length_km) const;
+  SingleScatteredRay aerial_perspective(double start_height_km, const ViewDirection& direction,
+                                        double length_km) const;
+  /// The same from the observer.
+  std::optional<AerialLight> aerial_light(const ViewDirection& view,
+                                          double distance_km) const override;
 
  protected:
   void spectrum(const ViewDirection& view, std::span<double> out) const override;

@@ -310,11 +310,12 @@ SingleScattering::SingleScattering(const SingleScatteringAir& air, const Nishita
   }
 }
 
-AerialPerspective SingleScattering::along(const RaySegment& segment) const {
+SingleScatteredRay SingleScattering::along(const RaySegment& segment) const {
   const std::size_t W = air_.wavelengths();
   const Ray ray = trace(air_, segment);
-  AerialPerspective result{std::vector<double>(W), std::vector<double>(W, 1.0), ray.hits_ground,
-                           std::vector<double>(W)};
+  SingleScatteredRay result{{std::vector<double>(W, 1.0), std::vector<double>(W)},
+                            ray.hits_ground,
+                            std::vector<double>(W)};
   if (ray.in_air) {
     std::vector<double> depth(W);
     if (options_.converged) {

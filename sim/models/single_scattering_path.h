@@ -8,6 +8,7 @@
 
 #include "sim/models/nishita_options.h"
 #include "sim/models/single_scattering_air.h"
+#include "sim/sky.h"
 
 namespace twilight {
 
@@ -20,12 +21,9 @@ struct RaySegment {
   double sun_elevation_rad = 0.0;                              ///< -pi/2..pi/2
 };
 
-/// What the air does to a ray between its two ends: light of radiance L at the far end arrives as
-/// transmittance * L + inscattered.
-struct AerialPerspective {
-  std::vector<double> inscattered;    ///< W m^-2 sr^-1 nm^-1 for an irradiance in the same
-  std::vector<double> transmittance;  ///< 0..1
-  bool hits_ground = false;           ///< the ray ends on the ground, before or at its length
+/// What the air does to a ray between its two ends, and where it ends.
+struct SingleScatteredRay : AerialLight {
+  bool hits_ground = false;  ///< the ray ends on the ground, before or at its length
   /// Irradiance that the ground there gets from the Sun through the air, over the Sun's above it.
   std::vector<double> ground_irradiance;
 };
@@ -48,7 +46,7 @@ class SingleScattering {
                    std::span<const double> solar_irradiance);
 
   /// Safe to call from many threads. Every value is finite and >= 0.
-  AerialPerspective along(const RaySegment& ray) const;
+  SingleScatteredRay along(const RaySegment& ray) const;
 
   /// Transmittance from a height (>= 0) to the Sun at an elevation there; 0 behind the planet.
   std::vector<double> sun_transmittance(double height_km, double sun_elevation_rad) const;

@@ -181,8 +181,8 @@ TEST_F(BrunetonFirstOrder, AerialPerspectiveEqualsAnIndependentQuadrature) {
   for (const double distance : {20.0, 60.0, 200.0}) {
     const ViewDirection view{0.004, 2.0};
     const double expected = single_scattering(0, view, 12 * kRadPerDeg, distance);
-    const auto seen = sky().aerial_perspective(view, distance);
-    EXPECT_NEAR(seen.inscatter[0], expected, 0.02 * expected) << distance;
+    const auto seen = sky().aerial_light(view, distance).value();
+    EXPECT_NEAR(seen.inscattered[0], expected, 0.02 * expected) << distance;
   }
 }
 
@@ -203,15 +203,16 @@ TEST_F(BrunetonSmall, AerialPerspectiveIsTheDifferenceOfTwoSkies) {
   for (const double elevation : {-0.3, 0.0, 0.4}) {
     const ViewDirection view{elevation, 1.0};
     const auto way = sky().passage(view);
-    const auto all = sky().aerial_perspective(view, 1e9), none = sky().aerial_perspective(view, 0);
+    const auto all = sky().aerial_light(view, 1e9).value(),
+               none = sky().aerial_light(view, 0).value();
     EXPECT_EQ(none.transmittance[0], 1);
-    EXPECT_EQ(none.inscatter[0], 0);
-    const auto half = sky().aerial_perspective(view, 0.5 * way.length_km);
+    EXPECT_EQ(none.inscattered[0], 0);
+    const auto half = sky().aerial_light(view, 0.5 * way.length_km).value();
     std::array<double, 1> beyond{};
     sky().tables().inscatter(
         bruneton_advanced(sky().tables().air.sphere(), way.start, 0.5 * way.length_km), beyond);
-    EXPECT_NEAR(half.inscatter[0] + half.transmittance[0] * beyond[0], all.inscatter[0], 1e-12);
-    EXPECT_LT(half.inscatter[0], all.inscatter[0]);
+    EXPECT_NEAR(half.inscattered[0] + half.transmittance[0] * beyond[0], all.inscattered[0], 1e-12);
+    EXPECT_LT(half.inscattered[0], all.inscattered[0]);
     EXPECT_LT(all.transmittance[0], half.transmittance[0]);
   }
 }
@@ -223,7 +224,7 @@ TEST_F(BrunetonSmall, ShadowsTakeTheirSegmentsAway) {
     const auto way = sky().passage(view);
     const double length = way.length_km;
     const double lit = sky().shadowed_inscatter(view, 0.0)[0];
-    EXPECT_NEAR(lit, sky().aerial_perspective(view, 1e9).inscatter[0], 1e-15);
+    EXPECT_NEAR(lit, sky().aerial_light(view, 1e9).value().inscattered[0], 1e-15);
     EXPECT_EQ(sky().shadowed_inscatter(view, length)[0], 0);
     EXPECT_EQ(sky().shadowed_inscatter(view, 10 * length)[0], 0);
     double before = lit;
@@ -235,13 +236,13 @@ TEST_F(BrunetonSmall, ShadowsTakeTheirSegmentsAway) {
     }
     // Towards the ground the lit part is the near one, towards the sky the far one.
     const double l = 0.4 * length;
-    const auto near = sky().aerial_perspective(view, elevation < 0 ? length - l : l);
-    const double expected = elevation < 0 ? near.inscatter[0] : lit - near.inscatter[0];
+    const auto near = sky().aerial_light(view, elevation < 0 ? length - l : l).value();
+    const double expected = elevation < 0 ? near.inscattered[0] : lit - near.inscattered[0];
     EXPECT_NEAR(sky().shadowed_inscatter(view, l)[0], expected, 1e-12);
     // A shadow in the middle leaves what both its ends do.
     const double middle = sky().shadowed_inscatter(view, 0.3 * length, 0.6 * length)[0];
-    const double shaded = sky().aerial_perspective(view, 0.6 * length).inscatter[0] -
-                          sky().aerial_perspective(view, 0.3 * length).inscatter[0];
+    const double shaded = sky().aerial_light(view, 0.6 * length).value().inscattered[0] -
+                          sky().aerial_light(view, 0.3 * length).value().inscattered[0];
     EXPECT_NEAR(middle, lit - shaded, 1e-12);
   }
 }

@@ -61,7 +61,7 @@ TEST(HoffmanPreethamText, RayleighCoefficientsFollowFromTheirFormula) {
 
 TEST(HoffmanPreethamText, TableOneIsTheSkysHaze) {
   // Light fog, R, G, B: 9e-4, 1e-3, 1.1e-3 m^-1, with the air 6.95e-6, 1.18e-5, 2.44e-5.
-  const auto seen = sky_of(hazy_scene(30, "light fog")).aerial_perspective({0, 0}, 1.0);
+  const auto seen = sky_of(hazy_scene(30, "light fog")).aerial_light({0, 0}, 1.0).value();
   EXPECT_NEAR(-std::log(seen.transmittance[2]), 1e3 * (9e-4 + 6.95e-6), 1e-5);
   EXPECT_NEAR(-std::log(seen.transmittance[1]), 1e3 * (1e-3 + 1.18e-5), 1e-4);
   EXPECT_NEAR(-std::log(seen.transmittance[0]), 1e3 * (1.1e-3 + 2.44e-5), 1e-4);
@@ -196,7 +196,7 @@ TEST(HoffmanPreethamSky, EveryHazeIsFinite) {
 TEST(HoffmanPreethamSky, FogSaturates) {
   const HoffmanPreethamSky sky = sky_of(hazy_scene(60, "heavy fog"));
   const ViewDirection view{0.2, 2.0};
-  const auto far = sky.aerial_perspective(view, kInfinity);
+  const auto far = sky.aerial_light(view, kInfinity).value();
   const std::vector<double> seen = sky.radiance(std::vector{view});
   for (std::size_t w = 0; w < 3; ++w) EXPECT_NEAR(seen[w] / far.inscattered[w], 1.0, 1e-6);
   // Grey in the light it gets, as fog is; a blue coefficient of 1e-5 m^-1 would not be.
@@ -210,7 +210,7 @@ TEST(HoffmanPreethamSky, HazeIsAPowerLawBetweenTheirWavelengths) {
   const auto law = [](double nm) { return 0.5 * std::pow(550 / nm, 4.0); };
   scene.hoffman_preetham.haze_scattering_per_km = {law(650), law(570), law(475)};
   scene.spectrum.wavelengths_nm = {400, 520, 700};
-  const auto seen = sky_of(scene).aerial_perspective({0, 0}, 1.0);
+  const auto seen = sky_of(scene).aerial_light({0, 0}, 1.0).value();
   for (std::size_t w = 0; w < 3; ++w) {
     const double nm = scene.spectrum.wavelengths_nm[w];
     EXPECT_NEAR(-std::log(seen.transmittance[w]), law(nm) + 1e3 * hoffman_preetham_air_per_m(nm),
@@ -239,8 +239,7 @@ TEST(HoffmanPreethamSky, SunBelowTheHorizonIsRefusedOrClamped) {
   Scene high = hazy_scene(10, "light haze");
   high.observer.height_m = 100;
   EXPECT_THROW(sky_of(high), std::invalid_argument);
-  EXPECT_THROW(sky_of(hazy_scene(10, "none")).aerial_perspective({0, 0}, -1),
-               std::invalid_argument);
+  EXPECT_THROW(sky_of(hazy_scene(10, "none")).aerial_light({0, 0}, -1), std::invalid_argument);
 }
 
 // Below the horizon: albedo / pi times the model's own irradiance.

@@ -129,6 +129,30 @@ TEST(NishitaAgainstOrders, AgreesFromOrbit) {
   RecordProperty("largest", std::to_string(d.largest));
 }
 
+// Light scattered once in front of something: "orders" takes it as the difference of two skies.
+TEST(NishitaAgainstOrders, AerialPerspectiveAgrees) {
+  for (const double sun : {40.0, 3.0}) {
+    Scene scene = fine_layers();
+    scene.sun.elevation_deg = sun;
+    const auto nishita = solve_sky(build_scene_model(scene), {});
+    scene.atmosphere.profile = "scratchapixel";
+    scene.solver.method = "orders";
+    scene.solver.scattering_orders = 1;
+    const auto orders = solve_sky(build_scene_model(scene), {});
+    for (const ViewDirection view :
+         {ViewDirection{0.5 * kRad, 1.0}, ViewDirection{20 * kRad, 2.5}}) {
+      for (const double km : {2.0, 20.0, 150.0}) {
+        const AerialLight a = nishita->aerial_light(view, km).value();
+        const AerialLight b = orders->aerial_light(view, km).value();
+        for (std::size_t w = 0; w < a.inscattered.size(); ++w) {
+          EXPECT_NEAR(b.transmittance[w] / a.transmittance[w], 1.0, 1e-3) << km;
+          EXPECT_NEAR(b.inscattered[w] / a.inscattered[w], 1.0, 1e-2) << sun << ' ' << km;
+        }
+      }
+    }
+  }
+}
+
 // The scene's air: layers, ozone, nitrogen dioxide, depolarisation.
 TEST(NishitaAgainstOrders, AgreesInTheScenesAir) {
   Scene scene = nishita_scene(0.0);
@@ -268,16 +292,16 @@ TEST(Nishita, ShadowOfThePlanetIsDark) {
 TEST(Nishita, SegmentsAddUp) {
   const NishitaSky sky(build_scene_model(nishita_scene(10)));
   const ViewDirection up{0.5 * pi, 0.0};
-  const AerialPerspective whole = sky.aerial_perspective(0.0, up, 20.0);
-  const AerialPerspective lower = sky.aerial_perspective(0.0, up, 3.0);
-  const AerialPerspective upper = sky.aerial_perspective(3.0, up, 17.0);
+  const SingleScatteredRay whole = sky.aerial_perspective(0.0, up, 20.0);
+  const SingleScatteredRay lower = sky.aerial_perspective(0.0, up, 3.0);
+  const SingleScatteredRay upper = sky.aerial_perspective(3.0, up, 17.0);
   for (std::size_t w = 0; w < 3; ++w) {
     EXPECT_NEAR(whole.transmittance[w], lower.transmittance[w] * upper.transmittance[w], 1e-9);
     EXPECT_NEAR(whole.inscattered[w],
                 lower.inscattered[w] + lower.transmittance[w] * upper.inscattered[w],
                 1e-5 * whole.inscattered[w]);
   }
-  const AerialPerspective nothing = sky.aerial_perspective(0.0, up, 0.0);
+  const SingleScatteredRay nothing = sky.aerial_perspective(0.0, up, 0.0);
   EXPECT_EQ(nothing.transmittance[1], 1.0);
   EXPECT_EQ(nothing.inscattered[1], 0.0);
   EXPECT_THROW(sky.aerial_perspective(-1.0, up, 1.0), std::invalid_argument);
@@ -292,7 +316,7 @@ TEST(Nishita, VerticalTransmittanceIsClosedForm) {
   constexpr double kAll = std::numeric_limits<double>::infinity();
   EXPECT_NEAR(sky.aerial_perspective(0, {0.5 * pi, 0}, kAll).transmittance[1], std::exp(-tau),
               1e-9);
-  const AerialPerspective down = sky.aerial_perspective(4e4, {-0.5 * pi, 0}, kAll);
+  const SingleScatteredRay down = sky.aerial_perspective(4e4, {-0.5 * pi, 0}, kAll);
   EXPECT_NEAR(down.transmittance[1], std::exp(-tau), 1e-9);
   EXPECT_TRUE(down.hits_ground);
   EXPECT_NEAR(sky.sun_transmittance()[1], std::exp(-tau), 1e-9);
@@ -306,7 +330,7 @@ TEST(Nishita, GroundIsLambertianInDirectSunlight) {
   white.earth.ground_albedo = 1.0;
   const ViewDirection down{-0.5 * pi, 0.0};
   const NishitaSky sky(build_scene_model(black));
-  const AerialPerspective path =
+  const SingleScatteredRay path =
       sky.aerial_perspective(2000.0, down, std::numeric_limits<double>::infinity());
   const std::vector<double> with = seen(white, {down}), without = seen(black, {down});
   for (std::size_t w = 0; w < 3; ++w) {
