@@ -395,13 +395,6 @@ void check_models(const Scene& scene, Checker& check) {
   check.range("nishita.view_samples", scene.nishita.view_samples, 1, 100000);
   check.range("nishita.light_samples", scene.nishita.light_samples, 1, 100000);
   check_bruneton(scene.bruneton, check);
-  if (solves_transfer(scene)) return;
-  if (scene.budget.max_relative_error || scene.budget.max_seconds) {
-    check.fail("solver.method",
-               fmt::format("= \"{}\": must be \"cells\", \"orders\" or \"monte-carlo\" where "
-                           "[budget] is given, which chooses among them",
-                           scene.solver.method));
-  }
 }
 
 void check_hoffman_preetham(const HoffmanPreethamOptions& options, Checker& check) {
