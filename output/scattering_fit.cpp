@@ -11,7 +11,6 @@ namespace twilight {
 namespace {
 
 using std::numbers::pi;
-constexpr int kSunsBetween = 2;   // samples inside an interval of mu_s
 constexpr double kForward = 0.1;  // least weight of a sample of the aureole
 constexpr int kBetween = 6;       // samples inside an interval of nu
 constexpr int kAureole = 16;      // inside the one that holds the Sun, even in angle
@@ -93,10 +92,10 @@ struct ScatteringFit::Row {
   std::array<double, 4> weight;
 };
 
-ScatteringFit::ScatteringFit(std::size_t suns, std::vector<double> nu_nodes, double mie_g,
-                             MieStorage storage, TableFilling filling,
+ScatteringFit::ScatteringFit(const std::vector<int>& suns_between, std::vector<double> nu_nodes,
+                             double mie_g, MieStorage storage, TableFilling filling,
                              const std::array<double, 3>& proportionality)
-    : suns_(suns),
+    : suns_(suns_between.size() + 1),
       nodes_(std::move(nu_nodes)),
       sample_nu_(nodes_),
       storage_(storage),
@@ -105,11 +104,12 @@ ScatteringFit::ScatteringFit(std::size_t suns, std::vector<double> nu_nodes, dou
   const bool between = filling_ == TableFilling::kFitted;
   for (std::size_t k = 0; k < suns_; ++k) {
     const std::size_t node = std::min(k, suns_ - 2);
+    node_sun_.push_back(sample_sun_.size());
     sample_sun_.push_back(static_cast<double>(k));
     sun_place_.push_back({node, static_cast<double>(k - node)});
     if (!between || k + 1 == suns_) continue;
-    for (int i = 1; i <= kSunsBetween; ++i) {
-      const double share = i / (kSunsBetween + 1.0);
+    for (int i = 1; i <= suns_between[k]; ++i) {
+      const double share = i / (suns_between[k] + 1.0);
       sample_sun_.push_back(static_cast<double>(k) + share);
       sun_place_.push_back({k, share});
     }
@@ -147,13 +147,12 @@ ScatteringFit::Row ScatteringFit::row(std::size_t sun, std::size_t nu) const {
 
 void ScatteringFit::at_nodes(std::span<const ScatteringSample> samples,
                              ScatteringTexels& out) const {
-  const std::size_t n = nodes_.size(),
-                    between = filling_ == TableFilling::kFitted ? kSunsBetween + 1 : 1;
+  const std::size_t n = nodes_.size();
   out.star.assign(suns_ * n, {});
   out.mie.assign(suns_ * n, {});
   for (std::size_t t = 0; t < suns_ * n; ++t) {
     const std::size_t k = t % n;
-    const ScatteringSample& s = samples[t / n * between * sample_nu_.size() + k];
+    const ScatteringSample& s = samples[node_sun_[t / n] * sample_nu_.size() + k];
     for (std::size_t c = 0; c < 3; ++c) {
       double& star = out.star[t][c];
       double& mie = out.mie[t][c];
@@ -182,9 +181,8 @@ void ScatteringFit::fit(std::span<const ScatteringSample> samples, std::size_t c
   const std::size_t n = nodes_.size(), per_texel = with_mie ? 2 : 1, nus = sample_nu_.size();
   BandedSystem system(suns_ * n * per_texel, (n + 2) * per_texel);
   std::vector<double> start(system.size), least(system.size, 0.0);
-  const std::size_t per_sun = (filling_ == TableFilling::kFitted ? kSunsBetween + 1 : 1) * nus;
   for (std::size_t t = 0; t < suns_ * n; ++t) {
-    const ScatteringSample& node = samples[t / n * per_sun + t % n];
+    const ScatteringSample& node = samples[node_sun_[t / n] * nus + t % n];
     const double star = node.smooth[c] / rayleigh_[t % n];
     // The proportionality rule divides by C_*,r: some of it has to stay.
     if (with_mie && storage_ == MieStorage::kCombined) least[2 * t] = kLeastStar * star;
@@ -250,7 +248,9 @@ ScatteringTexels ScatteringFit::texels(std::span<const ScatteringSample> given,
   ScatteringTexels out;
   at_nodes(samples, out);
   if (filling_ == TableFilling::kNodes) return out;
-  fit(samples, 0, true, out);
+  // Without haze alpha's light would be red's alone to bend: the rule would colour it.
+  const bool haze = std::ranges::any_of(samples, [](const auto& s) { return s.mie[0] > 0; });
+  fit(samples, 0, haze || storage_ == MieStorage::kSeparate, out);
   for (std::size_t c = 1; c < 3; ++c) fit(samples, c, storage_ == MieStorage::kSeparate, out);
   return out;
 }

@@ -41,10 +41,12 @@ struct ScatteringSample {
 /// over nodes and the places between them is least.
 class ScatteringFit {
  public:
-  /// suns: nodes of mu_s, at least 2. nu_nodes: at least 2, increasing from -1 to 1.
-  /// proportionality: k by channel (1 for red).
-  ScatteringFit(std::size_t suns, std::vector<double> nu_nodes, double mie_g, MieStorage storage,
-                TableFilling filling, const std::array<double, 3>& proportionality);
+  /// suns_between: samples wanted inside each interval of mu_s (its nodes are one more than these
+  /// intervals, of which there is at least one), for kFitted. nu_nodes: at least 2, increasing from
+  /// -1 to 1. proportionality: k by channel (1 for red).
+  ScatteringFit(const std::vector<int>& suns_between, std::vector<double> nu_nodes, double mie_g,
+                MieStorage storage, TableFilling filling,
+                const std::array<double, 3>& proportionality);
 
   /// Texel coordinates of Suns, increasing, and cosines from the Sun (the nodes of nu first) at
   /// which samples are wanted.
@@ -70,6 +72,7 @@ class ScatteringFit {
 
   std::size_t suns_;
   std::vector<double> nodes_, sample_sun_, sample_nu_;
+  std::vector<std::size_t> node_sun_;  // where the nodes are among sample_sun_
   MieStorage storage_;
   TableFilling filling_;
   std::array<double, 3> proportionality_;

@@ -287,6 +287,21 @@ ChannelTriple proportionality(const TableConstants& k) {
   return out;
 }
 
+// Suns that the fit looks at inside each interval of mu_s: the wide ones of a high Sun hold more.
+std::vector<int> suns_between(const TableLayout& layout) {
+  constexpr double kStep_rad = 0.035;  // 2 degrees
+  constexpr int kFewest = 3, kMost = 20;
+  std::vector<int> counts;
+  for (std::size_t k = 0; k + 1 < layout.sizes().mu_s; ++k) {
+    const auto elevation = [&](std::size_t node) {
+      return std::asin(std::clamp(layout.scattering_mu_s(static_cast<double>(node)), -1.0, 1.0));
+    };
+    const double width = std::abs(elevation(k + 1) - elevation(k));
+    counts.push_back(std::clamp(static_cast<int>(std::ceil(width / kStep_rad)), kFewest, kMost));
+  }
+  return counts;
+}
+
 // Chooses the constants that a renderer's evaluation takes by what they leave of the light over
 // a few views from the ground.
 void fit_constants(const TableSource& source, const TableLayout& layout,
@@ -295,7 +310,7 @@ void fit_constants(const TableSource& source, const TableLayout& layout,
   if (options.filling != TableFilling::kFitted || source.sky.atmosphere()->kind_count() == 0)
     return;
   const auto fit_of = [&](const TableConstants& k) {
-    return ScatteringFit(layout.sizes().mu_s, nodes, k.mie_g, options.storage, options.filling,
+    return ScatteringFit(suns_between(layout), nodes, k.mie_g, options.storage, options.filling,
                          proportionality(k));
   };
   const ScatteringFit any = fit_of(constants);
@@ -450,8 +465,8 @@ SkyTables fill_sky_tables(const TableSource& source, const TableLayout& layout,
   SolverArena arena(source.model.scene.solver.threads);
   control.report("renderer's constants", 0);
   arena.arena.execute([&] { fit_constants(source, layout, options, nodes, out.constants); });
-  const ScatteringFit fit(n.mu_s, nodes, out.constants.mie_g, options.storage, options.filling,
-                          proportionality(out.constants));
+  const ScatteringFit fit(suns_between(layout), nodes, out.constants.mie_g, options.storage,
+                          options.filling, proportionality(out.constants));
   std::vector<std::size_t> wanted = slices;
   if (wanted.empty()) {
     for (std::size_t k = 0; k < n.r; ++k) wanted.push_back(k);

@@ -216,7 +216,7 @@ TEST(ScatteringFit, LightOfATableIsFittedExactly) {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> u(0.5, 1.5);
   for (const MieStorage storage : {MieStorage::kSeparate, MieStorage::kCombined}) {
-    const ScatteringFit fit(4, {-1, -0.2, 0.5, 1}, 0.7, storage, TableFilling::kFitted, rule);
+    const ScatteringFit fit({2, 2, 2}, {-1, -0.2, 0.5, 1}, 0.7, storage, TableFilling::kFitted, rule);
     ScatteringTexels truth;
     for (int t = 0; t < 16; ++t) {
       const double red = u(random), mie = 0.3 * u(random);
