@@ -170,9 +170,9 @@ SceneModel build_scene_model(const Scene& scene, KnownPhases* known) {
     const double top_km = model.two_constituent_air->top_km;
     // Spaced as in an atmosphere of 8 km scale height, whose profile ends at 200 km.
     const double shrink = std::max(1.0, top_km / 200.0);
-    std::vector<double> boundary_km = layer_boundaries_km(
-        Profile::named("exponential"), options.layer_spacing, std::min(200.0, top_km / shrink),
-        options.layers);
+    std::vector<double> boundary_km =
+        layer_boundaries_km(Profile::named("exponential"), options.layer_spacing,
+                            std::min(200.0, top_km / shrink), options.layers);
     for (double& z : boundary_km) z *= shrink;
     boundary_km.back() = top_km;
     model.medium =
