@@ -6,7 +6,7 @@
 namespace twilight {
 namespace {
 
-constexpr double kLeastMuS = -0.2;
+constexpr double kLeastMuS = kBrunetonLowestMuS;
 // Of the transmittance table: mu from -0.15, and the angle whose tangent stretches it.
 constexpr double kLeastMu = -0.15, kStretch = 1.5;
 
@@ -18,6 +18,10 @@ double texel(double u, std::size_t size) { return u * static_cast<double>(size) 
 Bruneton2008Layout::Bruneton2008Layout(const LayoutSizes& sizes, double bottom_radius_km,
                                        double top_radius_km)
     : TableLayout(sizes, {bottom_radius_km, top_radius_km, kLeastMuS}) {}
+
+BrunetonSphere Bruneton2008Layout::sphere() const {
+  return {geometry().bottom_radius_km, geometry().top_radius_km};
+}
 
 RadiusCosine Bruneton2008Layout::transmittance_at(TexelPoint at) const {
   const auto& [bottom, top, mu_s_min] = geometry();
@@ -49,37 +53,19 @@ TexelPoint Bruneton2008Layout::irradiance_texel(RadiusCosine sun) const {
 }
 
 double Bruneton2008Layout::scattering_mu(double r, double j) const {
-  const double half = 0.5 * static_cast<double>(sizes().mu), rho = rho_km(r);
-  const auto& [bottom, top, mu_s_min] = geometry();
-  if (meets_ground_texel(j)) {
-    const double d = std::max(r - bottom, rho * (1 - j / (half - 1)));
-    if (d <= 0) return -1.0;
-    return std::clamp(-(rho * rho + d * d) / (2 * r * d), -1.0, 1.0);
-  }
-  const double d = std::max(top - r, (rho + horizon_km()) * (j - half) / (half - 1));
-  if (d <= 0) return 1.0;
-  return std::clamp(((top - r) * (top + r) - d * d) / (2 * r * d), -1.0, 1.0);
+  return bruneton_view(sphere(), r, j, sizes().mu).mu;
 }
 
 double Bruneton2008Layout::scattering_mu_texel(double r, double mu, bool meets_ground) const {
-  const double half = 0.5 * static_cast<double>(sizes().mu), rho = rho_km(r);
-  const auto& [bottom, top, mu_s_min] = geometry();
-  if (meets_ground) {
-    const double root = std::sqrt(std::max(0.0, r * r * (mu * mu - 1) + bottom * bottom));
-    return rho > 0 ? (half - 1) * (1 - (-r * mu - root) / rho) : half - 1;
-  }
-  const double root = std::sqrt(std::max(0.0, r * r * mu * mu + (top - r) * (top + r)));
-  return half + (half - 1) * (root - r * mu) / (rho + horizon_km());
+  return bruneton_mu_texel(sphere(), r, {mu, meets_ground}, sizes().mu);
 }
 
 double Bruneton2008Layout::scattering_mu_s(double k) const {
-  const double u = k / static_cast<double>(sizes().mu_s - 1);
-  return std::clamp(-(0.6 + std::log(1 - u * (1 - std::exp(-3.6)))) / 3, -1.0, 1.0);
+  return bruneton_mu_s(k, sizes().mu_s);
 }
 
 double Bruneton2008Layout::scattering_mu_s_texel(double mu_s) const {
-  const double u = (1 - std::exp(-3 * mu_s - 0.6)) / (1 - std::exp(-3.6));
-  return std::max(u, 0.0) * static_cast<double>(sizes().mu_s - 1);
+  return bruneton_mu_s_texel(mu_s, sizes().mu_s);
 }
 
 std::vector<std::pair<std::string, std::string>> Bruneton2008Layout::formulas() const {

@@ -2,12 +2,14 @@
 #pragma once
 
 #include "output/table_layout.h"
+#include "sim/models/bruneton_mapping.h"
 
 namespace twilight {
 
 /// The mappings of "Precomputed Atmospheric Scattering" (Sec. 4, "Parameterization") for
-/// scattering. The paper gives none for T and E: theirs are those of the authors' public program,
-/// by its look-ups. The smallest mu_s is -0.2 (a Sun at -11.5 degrees).
+/// scattering (sim/models/bruneton_mapping). The paper gives none for T and E: theirs are those of
+/// the authors' public program, by its look-ups. The smallest mu_s is -0.2 (a Sun at -11.5
+/// degrees).
 class Bruneton2008Layout : public TableLayout {
  public:
   /// Throws as TableLayout.
@@ -24,6 +26,9 @@ class Bruneton2008Layout : public TableLayout {
   double scattering_mu_texel(double r_km, double mu, bool meets_ground) const override;
   double scattering_mu_s(double k) const override;
   double scattering_mu_s_texel(double mu_s) const override;
+
+ private:
+  BrunetonSphere sphere() const;
 };
 
 }  // namespace twilight

@@ -13,7 +13,7 @@
 #include "atmosphere/rayleigh.h"
 #include "atmosphere/refraction.h"
 #include "sim/elapsed_time.h"
-#include "sim/gauss_legendre.h"
+#include "sim/horizontal_quadrature.h"
 #include "sim/observer_ray.h"
 #include "sim/sky_column.h"
 #include "sim/solver_arena.h"
@@ -402,15 +402,7 @@ Texture fill_irradiance(const TableSource& source, const TableLayout& layout,
   const LayoutSizes& n = layout.sizes();
   const OrdersAtmosphere& air = *source.sky.atmosphere();
   const Medium& m = source.model.medium;
-  std::vector<ViewDirection> views;
-  std::vector<double> weight;
-  for (const GaussNode& g : gauss_legendre(kElevations, 0, 1)) {
-    const double sine = g.x * g.x;  // crowds at the horizon
-    for (int k = 0; k < kAngles; ++k) {
-      views.push_back({std::asin(sine), (k + 0.5) * pi / kAngles});
-      weight.push_back(2 * g.x * g.weight * sine * 2 * pi / kAngles);
-    }
-  }
+  const auto [views, weight] = horizontal_quadrature(kElevations, kAngles);
   std::vector<RefractedRays> rays;
   for (std::size_t w = 0; w < m.wavelengths(); ++w) rays.emplace_back(m, w);
   Texture out(n.irradiance_mu_s, n.irradiance_r);

@@ -14,6 +14,7 @@
 #include "sim/angular_moments.h"
 #include "sim/elapsed_time.h"
 #include "sim/gauss_legendre.h"
+#include "sim/horizontal_quadrature.h"
 #include "sim/solver_arena.h"
 #include "sim/sun_disc_profile.h"
 #include "sim/view_segment.h"
@@ -215,15 +216,7 @@ StokesRadiance OrdersSky::single_scattering(std::span<const ViewDirection> views
 Irradiance OrdersSky::irradiance() const {
   constexpr int kElevations = 24, kAzimuths = 16;
   const std::size_t W = model_.medium.wavelengths();
-  std::vector<ViewDirection> views;
-  std::vector<double> weight;
-  for (const GaussNode& g : gauss_legendre(kElevations, 0, 1)) {
-    const double sine = g.x * g.x;  // crowds at the horizon
-    for (int k = 0; k < kAzimuths; ++k) {
-      views.push_back({std::asin(sine), (k + 0.5) * pi / kAzimuths});
-      weight.push_back(2 * g.x * g.weight * sine * 2 * pi / kAzimuths);
-    }
-  }
+  const auto [views, weight] = horizontal_quadrature(kElevations, kAzimuths);
   // The truncated phase functions leave their forward peak in the beam, which the diffuse light
   // then takes from it.
   const StokesRadiance sky = gather(views, OrdersGather::Light::kTruncated);

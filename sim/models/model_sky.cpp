@@ -9,7 +9,7 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "sim/gauss_legendre.h"
+#include "sim/horizontal_quadrature.h"
 #include "sim/solver_arena.h"
 
 namespace twilight {
@@ -69,15 +69,7 @@ std::vector<double> ModelSky::radiance(std::span<const ViewDirection> views) con
 Irradiance ModelSky::irradiance() const {
   constexpr int kElevations = 24, kAzimuths = 16;
   const std::size_t W = model_.medium.wavelengths();
-  std::vector<ViewDirection> views;
-  std::vector<double> weight;
-  for (const GaussNode& g : gauss_legendre(kElevations, 0, 1)) {
-    const double sine = g.x * g.x;
-    for (int k = 0; k < kAzimuths; ++k) {
-      views.push_back({std::asin(sine), (k + 0.5) * pi / kAzimuths});
-      weight.push_back(2 * g.x * g.weight * sine * 2 * pi / kAzimuths);
-    }
-  }
+  const auto [views, weight] = horizontal_quadrature(kElevations, kAzimuths);
   const std::vector<double> sky = ModelSky::radiance(views);
   Irradiance result{sun_transmittance(), std::vector<double>(W)};
   for (std::size_t w = 0; w < W; ++w) {
