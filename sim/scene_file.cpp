@@ -250,7 +250,7 @@ constexpr SceneKey kKeys[] = {
      "keep single Mie scattering at the wavelength nearest 680 nm and take the others in "
      "proportion (the paper's four values), true or false"},
     {"bruneton.sun_interpolation", TWILIGHT_FIELD(bruneton.sun_interpolation),
-     "between the table's Suns at run time: linear (the paper), or cubic (better below the horizon)"},
+     "between the table's Suns at run time: cubic, or linear (the paper's; up to 10 % off in twilight)"},
     {"bruneton.view_samples", TWILIGHT_FIELD(bruneton.view_samples),
      "nodes along a view in the precomputation, 8..512"},
     {"bruneton.polar_directions", TWILIGHT_FIELD(bruneton.polar_directions),
