@@ -84,7 +84,7 @@ double Bruneton2017Layout::scattering_mu_texel(double r, double mu, bool meets_g
 
 double Bruneton2017Layout::largest_a() const {
   const auto& [bottom, top, mu_s_min] = geometry();
-  return -2 * mu_s_min * bottom / (horizon_km() - (top - bottom));
+  return (to_top_km(bottom, mu_s_min) - (top - bottom)) / (horizon_km() - (top - bottom));
 }
 
 double Bruneton2017Layout::scattering_mu_s(double k) const {
@@ -121,7 +121,8 @@ std::vector<std::pair<std::string, std::string>> Bruneton2017Layout::formulas() 
       {"scattering u_mu_s",
        "max(1 - a / A, 0) / (1 + a), a = (d - d_min) / (d_max - d_min), d = distance from "
        "bottom_radius under mu_s to top_radius, d_min = top_radius - bottom_radius, d_max = H, A = "
-       "-2 mu_s_min bottom_radius / (d_max - d_min)"},
+       "the a of mu_s_min (the public code of today; its first version had A = -2 mu_s_min "
+       "bottom_radius / (d_max - d_min))"},
       {"scattering u_nu", "(nu + 1) / 2"},
       {"scattering texture", "x = i_nu n_mu_s + i_mu_s, y = i_mu, z = i_r; x runs fastest"}};
 }

@@ -54,6 +54,16 @@ std::vector<double> parse_fit_suns(const std::string& list) {
   return suns;
 }
 
+void add_threads(CLI::App* sub, CommandLine& line) {
+  sub->add_option_function<int>(
+         "--threads",
+         [&line](int threads) {
+           line.overrides.push_back(fmt::format("solver.threads={}", threads));
+         },
+         "number of threads, 0 = one per core; the result does not depend on it")
+      ->check(CLI::Range(0, 1024));
+}
+
 CLI::App* add_command(CLI::App& app, CommandLine& line, Command command, const char* name,
                       const char* what) {
   CLI::App* sub = app.add_subcommand(name, what);
@@ -63,13 +73,7 @@ CLI::App* add_command(CLI::App& app, CommandLine& line, Command command, const c
                   "KEY=VALUE overrides a key of the scene, as solver.azimuth_divisions=72; the "
                   "value is typed as TOML; repeatable")
       ->allow_extra_args(false);
-  sub->add_option_function<int>(
-         "--threads",
-         [&line](int threads) {
-           line.overrides.push_back(fmt::format("solver.threads={}", threads));
-         },
-         "number of threads, 0 = one per core; the result does not depend on it")
-      ->check(CLI::Range(0, 1024));
+  add_threads(sub, line);
   sub->add_flag("--quiet", line.quiet, "no progress, no summary on standard error");
   sub->add_flag("--print-config", line.print_config,
                 "print the resolved scene, defaults included, and stop");
@@ -225,6 +229,7 @@ void add_compare(CLI::App& app, CommandLine& line) {
       ->capture_default_str();
   sub->add_option("--set", line.overrides, "KEY=VALUE overrides a key of the scene; repeatable")
       ->allow_extra_args(false);
+  add_threads(sub, line);
   sub->add_flag("--quiet", line.quiet, "no progress, no summary on standard error");
 }
 

@@ -246,7 +246,9 @@ ComparisonPicture comparison_picture(const Comparison& comparison, std::size_t f
         }
         const auto here = static_cast<double>(strip.pixels[3 * at + 1]);
         const auto first = static_cast<double>(strip.pixels[3 * (y * width + x) + 1]);
-        const double ratio = first > 0 ? here / first : std::numeric_limits<double>::quiet_NaN();
+        // Dark, or outside an image's frame.
+        const double ratio =
+            first > 0 && here > 0 ? here / first : std::numeric_limits<double>::quiet_NaN();
         std::ranges::copy(ratio_colour(ratio, kFullErrorRatio), &picture.rgb[3 * below]);
       }
     }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <memory>
 #include <numbers>
@@ -43,6 +44,20 @@ std::vector<std::string> parts_of(std::string_view text) {
   return parts;
 }
 
+// Sun and picture are the comparison's own.
+void require_own_settings(const std::string& label, const std::vector<std::string>& parts) {
+  for (std::size_t k = 1; k < parts.size(); ++k) {
+    for (const char* taken :
+         {"solver.method=", "sun.elevation_deg=", "observer.time=", "output.", "spectrum.wav"}) {
+      if (!parts[k].starts_with(taken)) continue;
+      throw std::invalid_argument(fmt::format(
+          "{}: '{}': must not be set for one sky alone: the comparison says method, Sun, "
+          "wavelengths and pictures",
+          label, parts[k]));
+    }
+  }
+}
+
 Scene scene_of(const ComparisonOptions& options, const std::vector<std::string>& parts) {
   std::vector<std::string> overrides = options.overrides;
   overrides.push_back("solver.method=" + parts.front());
@@ -76,6 +91,25 @@ StoredMap image_of(const ComparisonOptions& options, const std::string& path) {
   return map;
 }
 
+// Images under different Suns, or another than --suns, say nothing of each other.
+void require_one_sun(const ComparisonPlan& plan) {
+  constexpr double kSameSun_deg = 0.01;
+  const Contender* first = nullptr;
+  for (const Contender& c : plan.contenders) {
+    if (!c.image || !c.image->numbers.contains(kElevationAttribute)) continue;
+    const double sun = c.image->numbers.at(kElevationAttribute);
+    double wanted = sun;
+    if (!plan.options.suns.empty()) wanted = parse_suns(plan.options.suns, false).front();
+    if (first != nullptr) wanted = first->image->numbers.at(kElevationAttribute);
+    if (first == nullptr) first = &c;
+    if (std::abs(sun - wanted) <= kSameSun_deg) continue;
+    throw std::invalid_argument(
+        fmt::format("{}: its Sun stands at {:.6g} degrees: must be {:.6g} as "
+                    "{}",
+                    c.label, sun, wanted, first == &c ? "--suns says" : first->label));
+  }
+}
+
 // The images' Sun, or the scene's where they do not say.
 void place_sun(ComparisonPlan& plan) {
   const StoredMap* map = nullptr;
@@ -89,6 +123,7 @@ void place_sun(ComparisonPlan& plan) {
     plan.sun_azimuth_rad = scene->sun.azimuth_deg * kRadPerDeg;
     return;
   }
+  require_one_sun(plan);
   if (!plan.options.suns.empty()) {
     plan.suns_deg = parse_suns(plan.options.suns, false);
   } else if (map->numbers.contains(kElevationAttribute)) {
@@ -146,18 +181,27 @@ Views views_of(const ComparisonPlan& plan) {
   return views;
 }
 
+// What an image does not show.
+constexpr Tristimulus kUnseen = {std::numeric_limits<double>::quiet_NaN(),
+                                 std::numeric_limits<double>::quiet_NaN(),
+                                 std::numeric_limits<double>::quiet_NaN()};
+
 /// One contender under one Sun.
 struct Look {
   std::vector<double> radiance;  ///< [view][wavelength]; none of images
   std::vector<Tristimulus> xyz;  ///< [view], W m^-2 sr^-1
 };
 
-Tristimulus pixel_xyz(const StoredMap& map, MapDirection direction) {
+// Nothing outside its frame, and where the nearest pixel's centre is not sky: at the very horizon.
+std::optional<Tristimulus> pixel_xyz(const StoredMap& map, MapDirection direction) {
   const SkyImage& image = map.image;
   const auto at = pixel_of_direction(*image.projection, image.height, direction);
-  if (!at) return {0, 0, 0};
-  const auto x = static_cast<std::size_t>(std::clamp(static_cast<int>(at->x), 0, image.width - 1));
-  const auto y = static_cast<std::size_t>(std::clamp(static_cast<int>(at->y), 0, image.height - 1));
+  if (!at) return std::nullopt;
+  const int column = std::clamp(static_cast<int>(at->x), 0, image.width - 1);
+  const int line = std::clamp(static_cast<int>(at->y), 0, image.height - 1);
+  const auto centre = direction_of_pixel(*image.projection, image.height, column, line);
+  if (!centre || centre->elevation_rad <= 0) return std::nullopt;
+  const auto x = static_cast<std::size_t>(column), y = static_cast<std::size_t>(line);
   const float* p = &image.pixels[3 * (y * static_cast<std::size_t>(image.width) + x)];
   const Tristimulus v = {static_cast<double>(p[0]), static_cast<double>(p[1]),
                          static_cast<double>(p[2])};
@@ -179,7 +223,8 @@ SkyImage image_picture(const StoredMap& map, int size) {
   for (int y = 0; y < size; ++y) {
     for (int x = 0; x < size; ++x) {
       const auto d = direction_of_pixel(Projection::kFisheye, size, x, y);
-      const Tristimulus xyz = d ? pixel_xyz(map, *d) : Tristimulus{0, 0, 0};
+      const Tristimulus xyz =
+          (d ? pixel_xyz(map, *d) : std::nullopt).value_or(Tristimulus{0, 0, 0});
       for (const double v : xyz) picture.pixels.push_back(static_cast<float>(std::max(0.0, v)));
     }
   }
@@ -219,6 +264,7 @@ SkyErrors errors_of(const Look& sky, const Look& reference, const Views& views) 
   for (std::size_t k = 0; k < views.relative.size(); ++k) {
     const double w = views.solid_angle_sr[k];
     const Tristimulus &a = sky.xyz[k], &b = reference.xyz[k];
+    if (std::isnan(a[1]) || std::isnan(b[1])) continue;
     const double step = kLuminousEfficacy_lm_w * (a[1] - b[1]);
     squares += w * step * step;
     weight += w;
@@ -235,13 +281,13 @@ SkyErrors errors_of(const Look& sky, const Look& reference, const Views& views) 
     coloured += w;
     e.chromaticity_max = std::max(e.chromaticity_max, distance);
   }
-  e.luminance_rmse_cd_m2 = std::sqrt(squares / weight);
+  if (weight > 0) e.luminance_rmse_cd_m2 = std::sqrt(squares / weight);
   if (lit > 0) {
     e.luminance_mean_relative = sizes / lit;
     e.luminance_bias = signs / lit;
   }
   if (coloured > 0) e.chromaticity_mean = distances / coloured;
-  if (reference.xyz.back()[1] > 0) {
+  if (reference.xyz.back()[1] > 0 && sky.xyz.back()[1] >= 0) {
     e.zenith_luminance_ratio = sky.xyz.back()[1] / reference.xyz.back()[1];
   }
   return e;
@@ -296,7 +342,7 @@ Look look_at_image(const StoredMap& map, const Views& views, const ComparisonPla
                    ComparisonRow& row) {
   Look look;
   for (std::size_t k = 0; k < views.relative.size(); ++k) {
-    look.xyz.push_back(pixel_xyz(map, views.absolute(k)));
+    look.xyz.push_back(pixel_xyz(map, views.absolute(k)).value_or(kUnseen));
   }
   if (!plan.options.directory.empty()) row.picture = image_picture(map, plan.options.picture_size);
   return look;
@@ -341,7 +387,9 @@ ComparisonPlan plan_comparison(const ComparisonOptions& options) {
     if (text.ends_with(".exr")) {
       c.image = image_of(options, text);
     } else {
-      c.scene = scene_of(options, parts_of(text));
+      const std::vector<std::string> parts = parts_of(text);
+      require_own_settings(text, parts);
+      c.scene = scene_of(options, parts);
     }
     plan.contenders.push_back(std::move(c));
   }

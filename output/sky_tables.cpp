@@ -260,24 +260,6 @@ std::vector<ChannelTriple> sun_scale_at(const Texture& scale, const ScatteringFi
   return out;
 }
 
-TableConstants constants_of(const TableSource& source, const SkyTableOptions& options) {
-  TableConstants out;
-  const Medium& m = source.model.medium;
-  std::vector<double> air, mie, mie_extinction;
-  for (std::size_t w = 0; w < m.wavelengths(); ++w) {
-    air.push_back(m.air_scattering_per_km(0, w));
-    mie.push_back(m.aerosol_scattering_per_km(0, w));
-    mie_extinction.push_back(mie.back() + m.aerosol_absorption_per_km(0, w));
-  }
-  out.solar_irradiance = source.channels.solar_irradiance();
-  out.rayleigh_per_km = not_negative(source.channels.mean(air));
-  out.mie_per_km = not_negative(source.channels.mean(mie));
-  out.mie_extinction_per_km = not_negative(source.channels.mean(mie_extinction));
-  out.ground_albedo = not_negative(source.channels.mean(source.model.ground_albedo));
-  out.mie_g = options.mie_g.value_or(0.8);
-  return out;
-}
-
 ChannelTriple proportionality(const TableConstants& k) {
   ChannelTriple out = {1, 1, 1};
   if (!(k.mie_per_km[0] > 0 && k.rayleigh_per_km[1] > 0 && k.rayleigh_per_km[2] > 0)) return out;
@@ -354,6 +336,24 @@ void fit_constants(const TableSource& source, const TableLayout& layout,
 }
 
 }  // namespace
+
+TableConstants table_constants(const TableSource& source, const SkyTableOptions& options) {
+  TableConstants out;
+  const Medium& m = source.model.medium;
+  std::vector<double> air, mie, mie_extinction;
+  for (std::size_t w = 0; w < m.wavelengths(); ++w) {
+    air.push_back(m.air_scattering_per_km(0, w));
+    mie.push_back(m.aerosol_scattering_per_km(0, w));
+    mie_extinction.push_back(mie.back() + m.aerosol_absorption_per_km(0, w));
+  }
+  out.solar_irradiance = source.channels.solar_irradiance();
+  out.rayleigh_per_km = not_negative(source.channels.mean(air));
+  out.mie_per_km = not_negative(source.channels.mean(mie));
+  out.mie_extinction_per_km = not_negative(source.channels.mean(mie_extinction));
+  out.ground_albedo = not_negative(source.channels.mean(source.model.ground_albedo));
+  out.mie_g = options.mie_g.value_or(0.8);
+  return out;
+}
 
 double apparent_elevation_rad(double e, double geometric_horizon, double apparent_horizon) {
   if (e >= 0 || geometric_horizon >= 0) return e;
@@ -446,7 +446,7 @@ SkyTables fill_sky_tables(const TableSource& source, const TableLayout& layout,
   const auto start = Clock::now();
   const LayoutSizes& n = layout.sizes();
   SkyTables out;
-  out.constants = constants_of(source, options);
+  out.constants = table_constants(source, options);
   const std::size_t width = n.nu * n.mu_s;
   out.scattering = Texture(width, n.mu, n.r);
   if (options.storage == MieStorage::kSeparate) out.single_mie = Texture(width, n.mu, n.r);

@@ -78,6 +78,9 @@ double apparent_elevation_rad(double geometric_rad, double geometric_horizon_rad
 double straight_elevation_rad(double apparent_rad, double geometric_horizon_rad,
                               double apparent_horizon_rad);
 
+/// Sunlight, ground albedo and the ground's air of the channels; g 0.8 unless the options have one.
+TableConstants table_constants(const TableSource& source, const SkyTableOptions& options);
+
 /// Transmittance to the top, 0 for views that meet the ground; refracted rays. `at` says where
 /// texels stand. Runs on the current oneTBB arena.
 Texture fill_transmittance(const TableSource& source, std::size_t width, std::size_t height,

@@ -240,6 +240,13 @@ Study load_study(const std::filesystem::path& file, std::span<const std::string>
   const toml::table root = parsed(file);
   Study study;
   study.axes = read_axes(root, file.string());
+  constexpr double kMostNodes = 100000;
+  double nodes = 1;
+  for (const StudyAxis& axis : study.axes) nodes *= static_cast<double>(axis.values.size());
+  if (nodes > kMostNodes) {
+    throw std::invalid_argument(fmt::format("{}: the axes make {:.6g} combinations: must be 1..{}",
+                                            file.string(), nodes, kMostNodes));
+  }
   const std::filesystem::path scene = scene_file_of(root, file);
   std::vector<std::string> given(overrides.begin(), overrides.end());
   const auto sun = std::ranges::find(study.axes, "sun.elevation_deg", &StudyAxis::key);

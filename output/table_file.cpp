@@ -90,6 +90,26 @@ std::string manifest_text(const std::vector<NamedTexture>& textures, const Table
     out["negative_star_texels"] = tables->negative_star;
     out["negative_colour_components"] = tables->outside_rec709;
   }
+  if (tables == nullptr) {
+    const TableConstants& k = m.constants;
+    out["mie_phase_function_g"] = k.mie_g;
+    out["solar_irradiance"] = k.solar_irradiance;
+    out["ground_albedo"] = k.ground_albedo;
+  } else if (!tables->single_mie) {
+    out["mie_scattering_is"] =
+        "green and blue of mie_scattering_per_km are what makes the proportionality rule fit the "
+        "sky best, not the air's own, which are those of air";
+  }
+  ordered_json air = ordered_json::array();
+  for (const TableManifest::Layer& layer : m.air) {
+    air.push_back({{"bottom_km", layer.bottom_km},
+                   {"top_km", layer.top_km},
+                   {"rayleigh_scattering_per_km", layer.rayleigh_scattering_per_km},
+                   {"mie_scattering_per_km", layer.mie_scattering_per_km},
+                   {"mie_absorption_per_km", layer.mie_absorption_per_km},
+                   {"gas_absorption_per_km", layer.gas_absorption_per_km}});
+  }
+  out["air"] = std::move(air);
   if (!m.sun_elevation_deg.empty()) out["sky_view_sun_elevations_deg"] = m.sun_elevation_deg;
   out["mappings"] = named(m.mappings);
   out["physics"] = named(m.physics);
@@ -197,6 +217,16 @@ std::vector<std::string> write_table_set(const fs::path& folder,
                                          const TableLayout* layout, bool half) {
   MadeFolder made(folder);
   std::deque<AtomicFile> files;
+  constexpr float kLargestHalf = 65504.0F;
+  for (const NamedTexture& t : textures) {
+    if (!half) break;
+    const float largest = *std::ranges::max_element(t.texture->rgba);
+    if (largest <= kLargestHalf) continue;
+    throw std::runtime_error(
+        fmt::format("{}: texture {} holds {}, above the largest half, {}: leave "
+                    "out --half",
+                    folder.string(), t.name, largest, kLargestHalf));
+  }
   std::vector<std::string> names;
   const auto add = [&](const std::string& name) -> AtomicFile& {
     names.push_back(name);

@@ -31,6 +31,14 @@ struct TableManifest {
   std::vector<double> solved_wavelength_nm;
   double bottom_radius_km = 0.0, top_radius_km = 0.0;
   std::vector<double> sun_elevation_deg;  ///< hillaire2020: of the sky views
+  TableConstants constants;               ///< hillaire2020: the other layouts' are their tables'
+  /// The air itself, for a renderer's own march, per channel and layer, from the ground up.
+  struct Layer {
+    double bottom_km = 0.0, top_km = 0.0;
+    ChannelTriple rayleigh_scattering_per_km{}, mie_scattering_per_km{}, mie_absorption_per_km{},
+        gas_absorption_per_km{};
+  };
+  std::vector<Layer> air;
   std::vector<TableError> errors;
 };
 
@@ -40,7 +48,8 @@ std::vector<NamedTexture> textures_of(const HillaireTables& tables);
 
 /// Writes NAME.dat (32 bit floats, little-endian, RGBA, x fastest, then y, z), NAME.exr (FLOAT;
 /// slices of z below each other), with `half` NAME.half.exr (HALF), manifest.json and, where errors
-/// were measured, errors.csv. All files appear or none; makes the folder if it is missing. Throws
+/// were measured, errors.csv. Throws std::runtime_error if a value is above HALF's 65504 and `half`
+/// is asked for. All files appear or none; makes the folder if it is missing. Throws
 /// std::runtime_error naming the path where that fails. tables and layout: of the
 /// precomputed-scattering kind, for their sizes and constants, or null.
 std::vector<std::string> write_table_set(const std::filesystem::path& folder,

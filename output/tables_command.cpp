@@ -61,6 +61,25 @@ TableManifest manifest_of(const SceneModel& model, const TableChannels& channels
   return m;
 }
 
+// Layer by layer, each coefficient as a channel's mean.
+std::vector<TableManifest::Layer> air_of(const TableSource& source) {
+  const Medium& m = source.model.medium;
+  std::vector<TableManifest::Layer> layers;
+  for (std::size_t i = 0; i < m.layers(); ++i) {
+    const auto mean = [&](const LayerTable& table) {
+      std::vector<double> spectrum;
+      for (std::size_t w = 0; w < m.wavelengths(); ++w) spectrum.push_back(table(i, w));
+      ChannelTriple channels = source.channels.mean(spectrum);
+      for (double& value : channels) value = std::max(value, 0.0);
+      return channels;
+    };
+    layers.push_back({m.boundary_km[i], m.boundary_km[i + 1], mean(m.air_scattering_per_km),
+                      mean(m.aerosol_scattering_per_km), mean(m.aerosol_absorption_per_km),
+                      mean(m.gas_absorption_per_km)});
+  }
+  return layers;
+}
+
 SkyTableOptions table_options(const TablesOptions& options) {
   SkyTableOptions out;
   out.storage = options.separate_mie ? MieStorage::kSeparate : MieStorage::kCombined;
@@ -78,6 +97,7 @@ TablesOutcome make_hillaire(const TableSource& source, const TablesOptions& opti
       source, layout, options.suns.empty() ? kSkyViewSuns : options.suns, control);
   manifest.mappings = layout.formulas();
   manifest.sun_elevation_deg = tables.sun_elevation_deg;
+  manifest.constants = table_constants(source, table_options(options));
   TablesOutcome out;
   if (options.check) {
     for (const bool half : {false, true}) {
@@ -115,7 +135,14 @@ void require_tables(const TablesOptions& options, const Scene& scene) {
     throw std::invalid_argument(
         fmt::format("--filling {}: must be one of fitted, nodes", options.filling));
   }
-  for (const double sun : options.suns) require_range("--suns", sun, -90, 90);
+  std::vector<std::string> named;
+  for (const double sun : options.suns) {
+    require_range("--suns", sun, -90, 90);
+    named.push_back(fmt::format("{:+g}", sun + 0.0));
+    if (std::ranges::count(named, named.back()) == 1) continue;
+    throw std::invalid_argument(
+        fmt::format("--suns {}: is there twice: files are named by {}", sun, named.back()));
+  }
   for (const double scale : options.check_scales) require_range("--check-scales", scale, 0.1, 4);
   require_range("--scale", options.scale, 0.1, 4);
   if (options.mie_g) require_range("--mie-g", *options.mie_g, -0.99, 0.99);
@@ -146,6 +173,7 @@ TablesOutcome make_tables(const SceneModel& model, const OrdersSky& sky,
   const TableChannels channels(model, table_spectrum_from_name(options.spectrum));
   const TableSource source{model, sky, channels};
   TableManifest manifest = manifest_of(model, channels, options, scene_file);
+  manifest.air = air_of(source);
   if (options.layout == kHillaire) {
     return make_hillaire(source, options, std::move(manifest), control);
   }

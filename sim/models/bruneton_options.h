@@ -17,8 +17,8 @@ struct BrunetonOptions {
   /// proportion (Sec. 4 "Angular precision"): C_M ~ C_* (C_Mr / C_*r)(bR_r / bM_r)(bM / bR).
   bool proportional_mie = false;
   /// Between the table's Suns at run time: "cubic" (four look-ups), which the light of twilight,
-  /// falling like an exponential, wants at 32 texels: within 2 % of "orders" to a Sun of -2 degrees;
-  /// or "linear", a texture's own filter, the paper's: up to 10 % there.
+  /// falling like an exponential, wants at 32 texels: within 2 % of "orders" to a Sun of -2
+  /// degrees; or "linear", a texture's own filter, the paper's: up to 10 % there.
   std::string sun_interpolation = "cubic";
   /// Nodes of the quadrature along a view, twice as many where it dips and rises again: 8..512.
   /// 80 change no view by more than 0.02 %.

@@ -18,6 +18,7 @@ namespace {
 
 using Json = nlohmann::json;
 constexpr double kPi = std::numbers::pi;
+constexpr std::size_t kMostNodes = 1000000000;
 
 /// A place in a JSON document that knows its name.
 class Place {
@@ -206,7 +207,10 @@ FitQuantity fit_quantity_from_name(std::string_view name) {
 
 std::size_t FitCoefficients::nodes() const {
   std::size_t count = 1;
-  for (const FitAxis& axis : axes) count *= axis.values.size();
+  for (const FitAxis& axis : axes) {
+    // More than any file holds: kept from wrapping.
+    count = axis.values.size() > kMostNodes / count ? kMostNodes : count * axis.values.size();
+  }
   return count;
 }
 

@@ -85,6 +85,8 @@ std::optional<AerialLight> HoffmanPreethamSky::aerial_light(const ViewDirection&
   if (!(distance_km >= 0.0)) {
     throw std::invalid_argument(fmt::format("distance_km is {}; it must be >= 0", distance_km));
   }
+  // The observer stands on the ground: nothing lies in front of it below the horizon.
+  if (view.elevation_rad < 0) distance_km = 0.0;
   AerialLight result;
   for (std::size_t w = 0; w < air_per_km_.size(); ++w) {
     const TwoShellOptics o = optics(view, w);

@@ -9,9 +9,9 @@ namespace twilight {
 /// What the published models share.
 struct ModelOptions {
   /// "published": the model's own air, as its text gives it, for "nishita" and "bruneton"; "scene":
-  /// the scene's atmosphere and aerosols. A profile that names published air is taken either way.
-  /// The models with no air of their own derive their
-  /// turbidity from the scene's unless it is given.
+  /// the scene's atmosphere and aerosols. optical_layers and a profile that names published air are
+  /// taken either way. The models with no air of their own derive their turbidity from the scene's
+  /// unless it is given.
   std::string air = "published";
   /// Outside a model's range (a Sun below the horizon, turbidities it was not fitted to, observers
   /// above the ground): "error", or "clamp" to its edge, which summary and images then record.

@@ -30,7 +30,7 @@ class SkyComparison : public ::testing::Test {
   ~SkyComparison() override { std::filesystem::remove_all(folder_); }
 
   // A dusk sky times `scale` as a fisheye with the Sun at an azimuth.
-  std::string image(const std::string& name, double scale, Projection projection,
+  std::string image(const std::string& name, double scale, const MapProjection& projection,
                     MapColour colour = MapColour::kLinearRec709) const {
     const FakeSky sky(fifteen_wavelengths_nm(), [scale](const ViewDirection& v, double nm) {
       return scale * dusk_formula(v, nm);
@@ -121,6 +121,19 @@ TEST_F(SkyComparison, ProjectionsAreOriented) {
   EXPECT_LT(compare(options).rows[1].errors.luminance_mean_relative, 0.08);
 }
 
+// What a camera does not see is no error, and not counted.
+TEST_F(SkyComparison, CameraAgainstTheWholeSky) {
+  ComparisonOptions options;
+  const CameraView camera{.azimuth_rad = 2.0, .elevation_rad = 0.4};
+  options.contenders = {image("fisheye.exr", 1, Projection::kFisheye),
+                        image("camera.exr", 1, camera)};
+  options.directory = folder_ / "camera";
+  options.picture_size = 32;
+  const SkyErrors e = compare(options).rows[1].errors;
+  EXPECT_LT(e.luminance_mean_relative, 0.1);
+  EXPECT_FALSE(e.zenith_luminance_ratio);
+}
+
 TEST_F(SkyComparison, MethodAgainstItsOwnImage) {
   ComparisonOptions options = coarse({"orders", "orders"});
   options.suns = "-3";
@@ -181,7 +194,8 @@ TEST_F(SkyComparison, RefusesBadInput) {
   EXPECT_THAT(refusal(coarse({"orders", "order"})), HasSubstr("'solver.method' = \"order\""));
   EXPECT_THAT(refusal(coarse({"orders", "orders,solver.x=1"})), HasSubstr("'solver.x'"));
   EXPECT_THAT(refusal(coarse({"orders", "orders,spectrum.wavelengths_nm=[450,550]"})),
-              HasSubstr("must be the same"));
+              HasSubstr("must not be set for one sky alone"));
+  EXPECT_THAT(refusal(coarse({"orders", "cells,solver.method=orders"})), HasSubstr("for one sky"));
   EXPECT_THAT(refusal(coarse({"orders", (folder_ / "no.exr").string()})),
               HasSubstr("no such image"));
   std::ofstream(folder_ / "text.exr") << "text";
@@ -196,6 +210,8 @@ TEST_F(SkyComparison, RefusesBadInput) {
   options.directory = folder_ / "text.exr";
   EXPECT_THAT(refusal(options), HasSubstr("must be a folder"));
   options = coarse({"orders", image("one.exr", 1, Projection::kFisheye)});
+  EXPECT_THAT(refusal(options), HasSubstr("must be 20 as --suns says"));
+  options.suns = "-4.25,3";
   EXPECT_THAT(refusal(options), HasSubstr("must be one elevation"));
 }
 
