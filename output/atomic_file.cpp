@@ -72,4 +72,10 @@ void AtomicFile::fail_with_errno() const {
   fail(std::error_code(errno, std::generic_category()).message());
 }
 
+void write_text_file(const std::filesystem::path& path, std::string_view text) {
+  AtomicFile file(path);
+  file.write(text);
+  file.commit();
+}
+
 }  // namespace twilight

@@ -45,4 +45,7 @@ class AtomicFile {
   int descriptor_ = -1;
 };
 
+/// Writes a text file, whole or not at all. Throws as AtomicFile.
+void write_text_file(const std::filesystem::path& path, std::string_view text);
+
 }  // namespace twilight

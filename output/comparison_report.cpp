@@ -146,17 +146,6 @@ std::string sheet(const Comparison& comparison, const std::vector<ComparisonPict
   return svg + "</svg>\n";
 }
 
-void write_text(const fs::path& path, const std::string& text) {
-  AtomicFile file(path);
-  file.write(text);
-  file.commit();
-}
-
-std::string per_cent(double share) {
-  const double p = 100 * share;
-  return p >= 9.95 ? fmt::format("{:.0f}", p) : fmt::format("{:.2g}", p);
-}
-
 }  // namespace
 
 CsvTable comparison_table(const Comparison& comparison) {
@@ -214,7 +203,7 @@ std::string comparison_markdown(const Comparison& comparison) {
         cells += " – |";
         continue;
       }
-      cells += fmt::format(" {}{} |", c == 0 ? "0" : per_cent(row.errors.luminance_mean_relative),
+      cells += fmt::format(" {}{} |", c == 0 ? "0" : percent(row.errors.luminance_mean_relative),
                            row.errors.zenith_luminance_ratio
                                ? fmt::format(", {:.2f}", *row.errors.zenith_luminance_ratio)
                                : "");
@@ -271,7 +260,7 @@ std::vector<std::string> write_comparison(const Comparison& comparison) {
     file.commit();
   }
   names.emplace_back("comparison.svg");
-  write_text(directory / names.back(), sheet(comparison, pictures));
+  write_text_file(directory / names.back(), sheet(comparison, pictures));
   return names;
 }
 

@@ -1,5 +1,7 @@
 #include "output/csv_table.h"
 
+#include <fmt/format.h>
+
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -27,6 +29,11 @@ std::string shortest_number(double value) {
   std::array<char, 32> digits;
   const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr;
   return {digits.data(), end};
+}
+
+std::string percent(double share) {
+  const double p = 100 * share;
+  return p >= 9.95 ? fmt::format("{:.0f}", p) : fmt::format("{:.2g}", p);
 }
 
 CsvTable::CsvTable(std::vector<std::string> columns) : columns_(columns.size()) {

@@ -13,6 +13,9 @@ namespace twilight {
 /// The shortest decimal text that reads back as the same double; "." always.
 std::string shortest_number(double value);
 
+/// A share as per cent for people: two digits below 10, whole numbers above.
+std::string percent(double share);
+
 /// A table of named columns and rows of numbers or words.
 class CsvTable {
  public:

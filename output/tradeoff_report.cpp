@@ -133,12 +133,6 @@ json reference_json(const TradeoffPlan& plan, const TradeoffOutcome& outcome) {
           {"mean_relative_standard_error", std::move(noise)}};
 }
 
-void write_text(const fs::path& path, const std::string& text) {
-  AtomicFile file(path);
-  file.write(text);
-  file.commit();
-}
-
 void write_json(const fs::path& path, const TradeoffPlan& plan, const TradeoffOutcome& outcome,
                 const std::vector<TradeoffRow>& rows, const std::vector<TradeoffMean>& means) {
   json rungs = json::array();
@@ -187,15 +181,10 @@ void write_json(const fs::path& path, const TradeoffPlan& plan, const TradeoffOu
        "CIEDE2000 of CIE 1931 XYZ, white D65 at the luminance of the reference's brightest view"},
       {"reference", reference_json(plan, outcome)},
       {"rungs", std::move(rungs)}};
-  write_text(path, manifest.dump(1) + "\n");
+  write_text_file(path, manifest.dump(1) + "\n");
 }
 
 // ---------------------------------------------------------------- Markdown
-
-std::string percent(double share) {
-  const double p = 100 * share;
-  return p >= 9.95 ? fmt::format("{:.0f}", p) : fmt::format("{:.2g}", p);
-}
 
 std::string signed_percent(double share) {
   const double p = 100 * share;
@@ -281,7 +270,7 @@ void write_front(const fs::path& path, const TradeoffPlan& plan, const TradeoffO
       text += "\n";
     }
   }
-  write_text(path, text);
+  write_text_file(path, text);
 }
 
 void write_approximations(const fs::path& path, const TradeoffPlan& plan,
@@ -321,7 +310,7 @@ void write_approximations(const fs::path& path, const TradeoffPlan& plan,
     line(rung, r.label, kReferenceBaseline);
     line(rung, r.label, r.baseline);
   }
-  write_text(path, text);
+  write_text_file(path, text);
 }
 
 // ---------------------------------------------------------------- plots

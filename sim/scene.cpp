@@ -11,6 +11,7 @@
 #include <stdexcept>
 #include <string_view>
 
+#include "sim/models/fit_coefficients.h"
 #include "sim/quality.h"
 #include "solar/solar_spectrum.h"
 #include "solar/time_point.h"
@@ -22,7 +23,6 @@ constexpr std::size_t kMostWavelengths = 64;
 constexpr double kShortestAlbedoNm = 200.0, kLongestAlbedoNm = 2500.0;
 constexpr double kLowestObserverM = -500.0;  // the shore of the Dead Sea: -430 m
 constexpr double kHighestObserverM = 4e7;    // above the geostationary orbit
-constexpr std::string_view kFitPrefix = "fit:";
 
 // Remembers the first complaint and ignores the ones after it.
 class Checker {
@@ -288,7 +288,8 @@ void check_budget(const Scene& scene, Checker& check) {
 
 void check_solver(const Scene& scene, Checker& check) {
   const SolverOptions& solver = scene.solver;
-  if (!solver.method.starts_with(kFitPrefix) || solver.method.size() == kFitPrefix.size()) {
+  if (!solver.method.starts_with(kFitMethodPrefix) ||
+      solver.method.size() == kFitMethodPrefix.size()) {
     check.one_of("solver.method", solver.method,
                  {"cells", "orders", "monte-carlo", "preetham", "cie-clear", "cie-overcast",
                   "nishita", "hoffman-preetham", "bruneton", "fit:coefficients.json"});

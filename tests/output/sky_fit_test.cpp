@@ -14,25 +14,12 @@
 #include "output/perez_fit.h"
 #include "sim/models/fitted_sky.h"
 #include "tests/sim/small_scene.h"
+#include "tests/temporary_folder.h"
 
 namespace twilight {
 namespace {
 
 using std::numbers::pi;
-
-/// A folder that goes with the test.
-struct Folder {
-  std::filesystem::path path;
-  Folder() {
-    std::string name = (std::filesystem::temp_directory_path() / "twilight-fit-XXXXXX").string();
-    path = ::mkdtemp(name.data());
-  }
-  ~Folder() { std::filesystem::remove_all(path); }
-  std::string write(const std::string& name, const std::string& text) const {
-    std::ofstream(path / name, std::ios::binary) << text;
-    return (path / name).string();
-  }
-};
 
 // The sky of a form at fit_views().
 std::vector<FormSample> sky_of(SkyForm form, std::span<const double> coefficients, double scale,
@@ -260,7 +247,7 @@ void expect_same(const FitCoefficients& a, const FitCoefficients& b) {
 }
 
 TEST(FitFile, KeepsEveryBit) {
-  const Folder folder;
+  const TemporaryFolder folder;
   const SkyFit fit = synthetic_fit();
   const std::string file = folder.write("fit.json", fit_json(fit, "twilight"));
   expect_same(read_fit_coefficients(file), fit.coefficients);
@@ -275,12 +262,12 @@ Study study_of(Scene scene, std::vector<StudyAxis> axes) {
 
 // A fit of a fitted sky: the whole way from a scene to coefficients and back.
 TEST(SkyFit, RecoversTheCoefficientsOfASyntheticSky) {
-  const Folder folder;
+  const TemporaryFolder folder;
   const SkyFit known = synthetic_fit();
   Scene scene = small_scene(10);
   scene.spectrum.wavelengths_nm = {450, 550};
   scene.aerosols.type = "continental_average";
-  scene.solver.method = "fit:" + folder.write("fit.json", fit_json(known, "twilight"));
+  scene.solver.method = "fit:" + folder.write("fit.json", fit_json(known, "twilight")).string();
   Study study = study_of(scene, {});
   for (const FitAxis& axis : known.coefficients.axes)
     study.axes.push_back({axis.key, axis.values, ""});
@@ -313,7 +300,7 @@ Scene coarse_orders() {
 
 // What the table says of a fit is what a user of the file gets.
 TEST(SkyFit, RenderedCoefficientsHaveTheResidualsReported) {
-  const Folder folder;
+  const TemporaryFolder folder;
   const Scene scene = coarse_orders();
   const std::vector<double> suns_deg = {-4, 20};
   std::vector<ViewDirection> views;
@@ -332,7 +319,7 @@ TEST(SkyFit, RenderedCoefficientsHaveTheResidualsReported) {
     options.form = form;
     const SkyFit fit = fit_skies(study_of(scene, {{kSunElevationKey, suns_deg, ""}}), options);
     Scene fitted = scene;
-    fitted.solver.method = "fit:" + folder.write("fit.json", fit_json(fit, "twilight"));
+    fitted.solver.method = "fit:" + folder.write("fit.json", fit_json(fit, "twilight")).string();
     for (std::size_t n = 0; n < suns_deg.size(); ++n) {
       fitted.sun.elevation_deg = suns_deg[n];
       const auto rendered = solve_sky(build_scene_model(fitted))->radiance(views);
@@ -365,7 +352,7 @@ TEST(SkyFit, LuminanceAndChromaticitiesHaveThreeChannels) {
     EXPECT_GT(fit.coefficients.normalisation[k], 0.1);
     EXPECT_LT(fit.coefficients.normalisation[k], 0.7);
   }
-  const Folder folder;
+  const TemporaryFolder folder;
   expect_same(read_fit_coefficients(folder.write("f.json", fit_json(fit, ""))), fit.coefficients);
 }
 

@@ -9,6 +9,7 @@
 #include <fstream>
 
 #include "output/sky_fit.h"
+#include "tests/temporary_folder.h"
 
 namespace twilight {
 namespace {
@@ -18,14 +19,8 @@ using testing::HasSubstr;
 
 class StudyAxes : public testing::Test {
  protected:
-  StudyAxes() {
-    std::string name = (std::filesystem::temp_directory_path() / "twilight-study-XXXXXX").string();
-    folder_ = ::mkdtemp(name.data());
-  }
-  ~StudyAxes() override { std::filesystem::remove_all(folder_); }
   std::filesystem::path write(const std::string& name, const std::string& text) const {
-    std::ofstream(folder_ / name, std::ios::binary) << text;
-    return folder_ / name;
+    return folder_.write(name, text);
   }
   Study study(const std::string& text) const { return load_study(write("study.toml", text)); }
   std::string refusal(const std::string& text) const {
@@ -37,7 +32,7 @@ class StudyAxes : public testing::Test {
     return "accepted";
   }
 
-  std::filesystem::path folder_;
+  TemporaryFolder folder_;
 };
 
 constexpr const char* kScene = "[sun]\nelevation_deg = 3\n";

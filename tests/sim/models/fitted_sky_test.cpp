@@ -14,6 +14,7 @@
 #include "sim/models/preetham_sky.h"
 #include "sim/scene_file.h"
 #include "tests/sim/small_scene.h"
+#include "tests/temporary_folder.h"
 
 namespace twilight {
 namespace {
@@ -247,11 +248,6 @@ TEST(HosekForm, LimitsAreThoseOfItsTerms) {
 /// A folder with a scene and a fit of it.
 class FitFile : public testing::Test {
  protected:
-  FitFile() {
-    std::string name = (std::filesystem::temp_directory_path() / "twilight-fitted-XXXXXX").string();
-    folder_ = ::mkdtemp(name.data());
-  }
-  ~FitFile() override { std::filesystem::remove_all(folder_); }
   static json valid() {
     return {{"format", "twilight sky fit"},
             {"format_version", 1},
@@ -267,8 +263,7 @@ class FitFile : public testing::Test {
             {"converged", {true, true}}};
   }
   std::filesystem::path write(const std::string& name, const std::string& text) const {
-    std::ofstream(folder_ / name, std::ios::binary) << text;
-    return folder_ / name;
+    return folder_.write(name, text);
   }
   std::string refusal(const std::string& text) const {
     try {
@@ -285,7 +280,7 @@ class FitFile : public testing::Test {
     return refusal(file.dump());
   }
 
-  std::filesystem::path folder_;
+  TemporaryFolder folder_;
 };
 
 TEST_F(FitFile, ComplaintsNameFilePlaceValueAndRange) {
@@ -311,7 +306,7 @@ TEST_F(FitFile, ComplaintsNameFilePlaceValueAndRange) {
   EXPECT_THAT(changed("/normalisation/0/1", 0), HasSubstr("must be a number above 0"));
   EXPECT_THAT(changed("/sun_transmittance/0/1", 1.5), HasSubstr("= 1.5: must be a number in 0..1"));
   EXPECT_THAT(changed("/converged/0", 1), HasSubstr("must be true or false"));
-  EXPECT_THROW(read_fit_coefficients(folder_ / "none.json"), std::runtime_error);
+  EXPECT_THROW(read_fit_coefficients(folder_.path / "none.json"), std::runtime_error);
 }
 
 TEST_F(FitFile, IsFoundBesideTheSceneAndBringsItsWavelengths) {
@@ -319,7 +314,7 @@ TEST_F(FitFile, IsFoundBesideTheSceneAndBringsItsWavelengths) {
   const auto scene =
       write("scene.toml", "[sun]\nelevation_deg = 0\n[solver]\nmethod = \"fit:fit.json\"\n");
   const LoadedScene loaded = load_scene(scene);
-  EXPECT_EQ(loaded.scene.solver.method, "fit:" + (folder_ / "fit.json").string());
+  EXPECT_EQ(loaded.scene.solver.method, "fit:" + (folder_.path / "fit.json").string());
   EXPECT_EQ(loaded.scene.spectrum.wavelengths_nm, (std::vector<double>{450, 550, 650}));
   const auto sky = solve_sky(build_scene_model(loaded.scene));
   EXPECT_GT(sky->irradiance().diffuse[0], 0);
