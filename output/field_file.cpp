@@ -1,7 +1,6 @@
 #include "output/field_file.h"
 
 #include <fmt/format.h>
-#include <netcdf.h>
 
 #include <algorithm>
 #include <cmath>
@@ -14,8 +13,10 @@
 #include <variant>
 #include <vector>
 
+#include "atmosphere/netcdf_reader.h"
 #include "output/checksum.h"
 #include "output/command_line.h"
+#include "output/netcdf_writer.h"
 #include "sim/scene_file.h"
 
 namespace twilight {
@@ -24,6 +25,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kTitle = "Multiply scattered light of a clear twilight sky";
+constexpr const char* kChecksum = "checksum_fnv1a64";
 constexpr std::size_t kCoherencyComponents = 4;
 constexpr double kSameMedium = 1e-9;  // relative: another compiler may round differently
 
@@ -171,223 +173,63 @@ std::string checksum_of(const std::vector<Number>& values) {
   return fnv1a64(std::as_bytes(std::span(values)));
 }
 
-template <class Number>
-constexpr nc_type kNcType = sizeof(Number) == sizeof(float) ? NC_FLOAT : NC_DOUBLE;
-
-int put(int id, int variable, const std::vector<float>& v) {
-  return nc_put_var_float(id, variable, v.data());
-}
-int put(int id, int variable, const std::vector<double>& v) {
-  return nc_put_var_double(id, variable, v.data());
-}
-int get(int id, int variable, std::vector<float>& v) {
-  return nc_get_var_float(id, variable, v.data());
-}
-int get(int id, int variable, std::vector<double>& v) {
-  return nc_get_var_double(id, variable, v.data());
-}
-
 // Threads change no byte of the field, so they change none of the file.
 Scene without_threads(Scene scene) {
   scene.solver.threads = 0;
   return scene;
 }
 
-/// A netCDF file being written; what fails is named by the AtomicFile.
-class Writer {
- public:
-  explicit Writer(AtomicFile& file) : file_(file) {
-    check(nc_create(file.temporary().c_str(), NC_CLOBBER | NC_64BIT_DATA, &id_));
-    open_ = true;
-    // Every value is written once: no need to fill the file with blanks first.
-    check(nc_set_fill(id_, NC_NOFILL, nullptr));
-  }
-  ~Writer() {
-    if (open_) nc_close(id_);
-  }
-  Writer(const Writer&) = delete;
-  Writer& operator=(const Writer&) = delete;
+void define(NetcdfWriter& writer, const Variable& variable) {
+  std::visit(
+      [&](const auto* values) {
+        using Number = typename std::remove_pointer_t<decltype(values)>::value_type;
+        writer.variable(
+            variable.name,
+            sizeof(Number) == sizeof(float) ? NetcdfNumber::kFloat : NetcdfNumber::kDouble,
+            {variable.dimensions.begin(), variable.dimensions.end()},
+            {variable.units, variable.long_name, variable.standard_name});
+        writer.attribute(variable.name, kChecksum, checksum_of(*values));
+      },
+      variable.values);
+}
 
-  void dimensions(const Sizes& sizes) {
-    for (const auto& [name, size] : sizes) {
-      check(nc_def_dim(id_, name.c_str(), size, &dimension_[name]));
-    }
+int whole_number(const NetcdfReader& reader, const char* name, int low, int high) {
+  const double value = reader.required_number("", name);
+  if (!(value >= low && value <= high) || value != std::floor(value)) {
+    reader.refuse(fmt::format("global attribute '{}' = {}: must be a whole number in {}..{}", name,
+                              value, low, high));
   }
+  return static_cast<int>(value);
+}
 
-  void text(int variable, const char* name, std::string_view value) {
-    if (!value.empty()) check(nc_put_att_text(id_, variable, name, value.size(), value.data()));
+void read(const NetcdfReader& reader, const Variable& variable) {
+  const auto wrong = [&](std::string_view what) { reader.refuse_variable(variable.name, what); };
+  const std::vector<std::string> held = reader.dimensions(variable.name);
+  if (!std::ranges::equal(held, variable.dimensions)) {
+    wrong(fmt::format("has the dimensions ({}): must have ({})", fmt::join(held, ", "),
+                      fmt::join(variable.dimensions, ", ")));
   }
-  void number(const char* name, double value) {
-    check(nc_put_att_double(id_, NC_GLOBAL, name, NC_DOUBLE, 1, &value));
-  }
-  void number(const char* name, int value) {
-    check(nc_put_att_int(id_, NC_GLOBAL, name, NC_INT, 1, &value));
-  }
-
-  void define(const Variable& variable) {
-    std::vector<int> dimensions;
-    for (const char* name : variable.dimensions) dimensions.push_back(dimension_.at(name));
-    std::visit(
-        [&](const auto* values) {
-          using Number = typename std::remove_pointer_t<decltype(values)>::value_type;
-          int& id = variable_[variable.name];
-          check(nc_def_var(id_, variable.name, kNcType<Number>, static_cast<int>(dimensions.size()),
-                           dimensions.data(), &id));
-          text(id, "units", variable.units);
-          text(id, "long_name", variable.long_name);
-          text(id, "standard_name", variable.standard_name);
-          text(id, "checksum_fnv1a64", checksum_of(*values));
-        },
-        variable.values);
-  }
-  void end_definitions() { check(nc_enddef(id_)); }
-
-  void write(const Variable& variable) {
-    const int id = variable_.at(variable.name);
-    std::visit([&](const auto* values) { check(put(id_, id, *values)); }, variable.values);
-  }
-
-  void close() {
-    open_ = false;
-    check(nc_close(id_));
-  }
-
- private:
-  void check(int status) const {
-    if (status != NC_NOERR) file_.fail(nc_strerror(status));
-  }
-
-  AtomicFile& file_;
-  int id_ = -1;
-  bool open_ = false;
-  std::map<std::string, int, std::less<>> dimension_, variable_;
-};
-
-/// A netCDF file being read; complaints name the file and what is wrong in it.
-class Reader {
- public:
-  explicit Reader(const fs::path& path) : name_(path.string()) {
-    if (!fs::is_regular_file(path)) {
-      throw std::runtime_error(fmt::format("{}: cannot read this field: no such file", name_));
-    }
-    bytes_ = fs::file_size(path);
-    const int status = nc_open(path.c_str(), NC_NOWRITE, &id_);
-    if (status != NC_NOERR) {
-      throw std::runtime_error(fmt::format(
-          "{}: cannot read this field, which must be a netCDF file that `twilight solve` wrote: {}",
-          name_, nc_strerror(status)));
-    }
-    for (const char* name :
-         {"wavelength", "altitude", "solar_zenith_angle", "coherency_component", "scattering_order",
-          "layer", "layer_boundary", "aerosol_altitude", "aerosol_moment"}) {
-      int dimension = 0;
-      std::size_t size = 0;
-      if (nc_inq_dimid(id_, name, &dimension) != NC_NOERR) continue;
-      if (nc_inq_dimlen(id_, dimension, &size) == NC_NOERR) sizes_[name] = size;
-    }
-  }
-  ~Reader() { nc_close(id_); }
-  Reader(const Reader&) = delete;
-  Reader& operator=(const Reader&) = delete;
-
-  [[noreturn]] void refuse(std::string_view what) const {
-    throw std::runtime_error(fmt::format("{}: {}", name_, what));
-  }
-  const std::string& name() const { return name_; }
-
-  /// Length of a dimension; 0 where the file has none of this name.
-  std::size_t size(std::string_view dimension) const {
-    const auto it = sizes_.find(dimension);
-    return it == sizes_.end() ? 0 : it->second;
-  }
-
-  std::string text(int variable, const char* owner, const char* name) const {
-    nc_type type = NC_NAT;
-    std::size_t length = 0;
-    if (nc_inq_att(id_, variable, name, &type, &length) != NC_NOERR || type != NC_CHAR) {
-      refuse(fmt::format("{} attribute '{}' is missing or no text", owner, name));
-    }
-    std::string value(length, '\0');
-    if (nc_get_att_text(id_, variable, name, value.data()) != NC_NOERR) {
-      refuse(fmt::format("{} attribute '{}' cannot be read", owner, name));
-    }
-    return value;
-  }
-
-  double number(const char* name) const {
-    std::size_t length = 0;
-    double value = 0;
-    if (nc_inq_attlen(id_, NC_GLOBAL, name, &length) != NC_NOERR || length != 1 ||
-        nc_get_att_double(id_, NC_GLOBAL, name, &value) != NC_NOERR || !std::isfinite(value)) {
-      refuse(fmt::format("global attribute '{}' is missing or no finite number", name));
-    }
-    return value;
-  }
-
-  int whole_number(const char* name, int low, int high) const {
-    const double value = number(name);
-    if (!(value >= low && value <= high) || value != std::floor(value)) {
-      refuse(fmt::format("global attribute '{}' = {}: must be a whole number in {}..{}", name,
-                         value, low, high));
-    }
-    return static_cast<int>(value);
-  }
-
-  void read(const Variable& variable) const {
-    std::visit(
-        [&](auto* values) {
-          using Number = typename std::remove_pointer_t<decltype(values)>::value_type;
-          const auto wrong = [&](std::string_view what) {
-            refuse(fmt::format("variable '{}' {}", variable.name, what));
-          };
-          int id = 0, dimensions = 0;
-          if (nc_inq_varid(id_, variable.name, &id) != NC_NOERR) wrong("is missing");
-          nc_type type = NC_NAT;
-          if (nc_inq_vartype(id_, id, &type) != NC_NOERR || type != kNcType<Number>) {
-            wrong(fmt::format("must hold {} numbers",
-                              sizeof(Number) == sizeof(float) ? "float" : "double"));
-          }
-          std::vector<std::string> held;
-          if (nc_inq_varndims(id_, id, &dimensions) == NC_NOERR) {
-            std::vector<int> ids(static_cast<std::size_t>(dimensions));
-            nc_inq_vardimid(id_, id, ids.data());
-            for (const int dimension : ids) {
-              char name[NC_MAX_NAME + 1] = {};
-              nc_inq_dimname(id_, dimension, name);
-              held.emplace_back(name);
-            }
-          }
-          if (!std::ranges::equal(held, variable.dimensions,
-                                  [](const std::string& a, const char* b) { return a == b; })) {
-            wrong(fmt::format("has the dimensions ({}): must have ({})", fmt::join(held, ", "),
-                              fmt::join(variable.dimensions, ", ")));
-          }
-          double bytes = sizeof(Number);
-          for (const char* d : variable.dimensions) bytes *= static_cast<double>(size(d));
-          if (bytes > static_cast<double>(bytes_)) {
-            wrong(fmt::format("is damaged: the file's {} bytes cannot hold its {}", bytes_, bytes));
-          }
-          values->resize(count_of(variable, sizes_));
-          if (const int status = get(id_, id, *values); status != NC_NOERR) {
-            wrong(fmt::format("cannot be read: {}", nc_strerror(status)));
-          }
-          const std::string owner = fmt::format("variable '{}':", variable.name);
-          if (text(id, owner.c_str(), "checksum_fnv1a64") != checksum_of(*values)) {
-            wrong("is damaged: its checksum is another");
-          }
-          if (!std::ranges::all_of(*values, [](Number v) { return std::isfinite(v); })) {
-            wrong("holds a value that is not finite");
-          }
-        },
-        variable.values);
-  }
-
- private:
-  std::string name_;
-  std::uintmax_t bytes_ = 0;
-  int id_ = -1;
-  Sizes sizes_;
-};
+  std::visit(
+      [&](auto* values) {
+        using Number = typename std::remove_pointer_t<decltype(values)>::value_type;
+        constexpr bool kFloat = sizeof(Number) == sizeof(float);
+        if (reader.type(variable.name) != (kFloat ? NetcdfType::kFloat : NetcdfType::kDouble)) {
+          wrong(fmt::format("must hold {} numbers", kFloat ? "float" : "double"));
+        }
+        if constexpr (kFloat) {
+          *values = reader.floats(variable.name, false);
+        } else {
+          *values = reader.numbers(variable.name, false);
+        }
+        if (reader.required_text(variable.name, kChecksum) != checksum_of(*values)) {
+          wrong("is damaged: its checksum is another");
+        }
+        if (!std::ranges::all_of(*values, [](Number v) { return std::isfinite(v); })) {
+          wrong("holds a value that is not finite");
+        }
+      },
+      variable.values);
+}
 
 bool shapes_the_field(std::string_view key) {
   constexpr std::string_view kTables[] = {"earth.", "atmosphere.", "aerosols.", "spectrum.",
@@ -472,7 +314,8 @@ void require_same_medium(const std::string& file, FieldMedium& stored, FieldMedi
   }
 }
 
-void require_increasing(const Reader& reader, const char* name, const std::vector<double>& values) {
+void require_increasing(const NetcdfReader& reader, const char* name,
+                        const std::vector<double>& values) {
   if (values.size() < 2 && std::string_view(name) != "wavelength") {
     reader.refuse(
         fmt::format("variable '{}' has {} values: must have 2 or more", name, values.size()));
@@ -520,25 +363,27 @@ void write_field(AtomicFile& file, const OrdersField& field, const SceneModel& m
         v.values);
   }
 
-  Writer writer(file);
-  writer.dimensions(sizes);
-  writer.text(NC_GLOBAL, "Conventions", "CF-1.10");
-  writer.text(NC_GLOBAL, "title", kTitle);
-  writer.text(NC_GLOBAL, "source",
-              fmt::format("twilight {}, successive orders of scattering", kVersion));
-  writer.text(NC_GLOBAL, "comment",
-              "Light scattered or reflected at least once, at every altitude and solar zenith "
-              "angle of one spherically symmetric atmosphere. Read by twilight --field.");
-  writer.text(NC_GLOBAL, "twilight_version", kVersion);
-  writer.text(NC_GLOBAL, "scene", to_toml(without_threads(model.scene)));
-  writer.number("earth_radius_km", model.medium.earth_radius_km);
-  writer.number("zenith_step_deg", copy.zenith_step_deg);
-  writer.number("phase_degree", copy.phase_degree);
-  writer.number("polarised", copy.polarised ? 1 : 0);
-  writer.number("orders", copy.orders);
-  for (const Variable& v : variables) writer.define(v);
+  NetcdfWriter writer(file);
+  for (const auto& [name, size] : sizes) writer.dimension(name, size);
+  writer.attribute("", "Conventions", "CF-1.10");
+  writer.attribute("", "title", kTitle);
+  writer.attribute("", "source",
+                   fmt::format("twilight {}, successive orders of scattering", kVersion));
+  writer.attribute("", "comment",
+                   "Light scattered or reflected at least once, at every altitude and solar zenith "
+                   "angle of one spherically symmetric atmosphere. Read by twilight --field.");
+  writer.attribute("", "twilight_version", kVersion);
+  writer.attribute("", "scene", to_toml(without_threads(model.scene)));
+  writer.attribute("", "earth_radius_km", model.medium.earth_radius_km);
+  writer.attribute("", "zenith_step_deg", copy.zenith_step_deg);
+  writer.attribute("", "phase_degree", copy.phase_degree);
+  writer.attribute("", "polarised", copy.polarised ? 1 : 0);
+  writer.attribute("", "orders", copy.orders);
+  for (const Variable& v : variables) define(writer, v);
   writer.end_definitions();
-  for (const Variable& v : variables) writer.write(v);
+  for (const Variable& v : variables) {
+    std::visit([&](const auto* values) { writer.put(v.name, std::span(*values)); }, v.values);
+  }
   writer.close();
 }
 
@@ -549,8 +394,8 @@ void write_field(const fs::path& path, const OrdersField& field, const SceneMode
 }
 
 OrdersField read_field(const fs::path& path, const SceneModel& model) {
-  const Reader reader(path);
-  if (reader.text(NC_GLOBAL, "global", "title") != kTitle) {
+  const NetcdfReader reader(path, "field");
+  if (reader.required_text("", "title") != kTitle) {
     reader.refuse(
         fmt::format("global attribute 'title' is not \"{}\": not a field that `twilight "
                     "solve` wrote",
@@ -562,10 +407,10 @@ OrdersField read_field(const fs::path& path, const SceneModel& model) {
                     "\"{}\" must be \"orders\"",
                     reader.name(), model.scene.solver.method));
   }
-  const Scene stored = parse_scene(reader.text(NC_GLOBAL, "global", "scene"),
-                                   reader.name() + " (attribute 'scene')");
+  const Scene stored =
+      parse_scene(reader.required_text("", "scene"), reader.name() + " (attribute 'scene')");
   require_same_scene(reader.name(), stored, model.scene);
-  const double radius_km = reader.number("earth_radius_km");
+  const double radius_km = reader.required_number("", "earth_radius_km");
   if (!same(radius_km, model.medium.earth_radius_km)) {
     throw std::invalid_argument(
         fmt::format("{}: was solved with the Earth's radius {} km, the scene resolves key "
@@ -575,16 +420,16 @@ OrdersField read_field(const fs::path& path, const SceneModel& model) {
   }
 
   OrdersField field;
-  field.zenith_step_deg = reader.number("zenith_step_deg");
-  field.phase_degree = reader.whole_number("phase_degree", 0, 1000);
-  field.polarised = reader.whole_number("polarised", 0, 1) == 1;
-  field.orders = reader.whole_number("orders", 0, 1000000);
+  field.zenith_step_deg = reader.required_number("", "zenith_step_deg");
+  field.phase_degree = whole_number(reader, "phase_degree", 0, 1000);
+  field.polarised = whole_number(reader, "polarised", 0, 1) == 1;
+  field.orders = whole_number(reader, "orders", 0, 1000000);
   field.aerosol_levels = reader.size("aerosol_altitude");
   field.moments_per_node = reader.size("aerosol_moment");
   field.order_share.resize(reader.size("scattering_order"));  // its variable is in the list
-  for (const Variable& variable : field_variables(field)) reader.read(variable);
+  for (const Variable& variable : field_variables(field)) read(reader, variable);
   FieldMedium medium, own = field_medium(model);
-  for (const Variable& variable : medium_variables(medium)) reader.read(variable);
+  for (const Variable& variable : medium_variables(medium)) read(reader, variable);
   require_same_medium(reader.name(), medium, own);
 
   require_increasing(reader, "wavelength", field.wavelength_nm);
