@@ -182,6 +182,7 @@ SceneModel build_scene_model(const Scene& scene, KnownPhases* known) {
                                         scene.aerosols.relative_humidity_percent, wavelengths);
     AirOptions air;
     air.profile = scene.atmosphere.profile;
+    air.profile_file = scene.atmosphere.profile_file.value_or("");
     air.top_km = scene.atmosphere.top_km;
     air.layers = scene.atmosphere.layers;
     air.layer_spacing = scene.atmosphere.layer_spacing;
