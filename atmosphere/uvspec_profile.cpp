@@ -22,8 +22,8 @@ constexpr std::size_t kMostLevels = 1000;
 constexpr double kHighestKm = 200.0;
 constexpr double kColdestK = 50.0, kHottestK = 2000.0;
 constexpr double kBoltzmannHpaCm3PerK = 1.380649e-19;
-// Above, oxygen falls apart and tables of air follow other conventions (AFGL's air departs from
-// p / (k T) by 8 % at 120 km).
+// Above, air is no longer mixed and tables depart from the law: AFGL by up to 15 % at 120 km (2e-5
+// below 80 km).
 constexpr double kIdealGasUpToKm = 80.0;
 constexpr double kIdealGasTolerance = 0.05;
 
