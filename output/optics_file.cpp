@@ -125,8 +125,6 @@ void write_particles_netcdf(const ParticleOptics& optics, const std::filesystem:
   constexpr auto kDouble = NetcdfNumber::kDouble;
   file.variable("relative_humidity", kDouble, {"relative_humidity"},
                 {"percent", "relative humidity over liquid water", "relative_humidity"});
-  file.variable("wavelength", kDouble, {"wavelength"},
-                {"nm", "wavelength in vacuum", "radiation_wavelength"});
   // Coefficients per particle or mass are no volume coefficients in air: CF has no name for them.
   const std::vector<std::string> state = {"relative_humidity", "wavelength"};
   file.variable("extinction_coefficient", kDouble, state, {unit, "extinction coefficient", ""});
@@ -143,6 +141,9 @@ void write_particles_netcdf(const ParticleOptics& optics, const std::filesystem:
     define_angles(file, angles.size());
     define_matrix(file, state);
   }
+  // The last in the file: one cut short reads as zeros, which are no wavelengths.
+  file.variable("wavelength", kDouble, {"wavelength"},
+                {"nm", "wavelength in vacuum", "radiation_wavelength"});
   file.end_definitions();
   file.put("relative_humidity", optics.relative_humidity_percent);
   file.put("wavelength", optics.wavelength_nm);
