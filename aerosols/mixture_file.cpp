@@ -333,7 +333,7 @@ class Reader {
     }
     if (table.has("size_distribution")) {
       const fs::path file = file_of(table, "size_distribution");
-      m.sizes = read_size_distribution_file(file);
+      m.sizes = read_size_distribution(file).per_particle();
       m.sizes_text =
           fmt::format("{} {:x}", file.string(), std::hash<std::string>{}(read_whole(file)));
       return;
