@@ -19,6 +19,7 @@
 #include "output/checksum.h"
 #include "output/child_run.h"
 #include "output/command_line.h"
+#include "sim/scene_aerosols.h"
 #include "sim/scene_file.h"
 
 namespace twilight {
@@ -38,11 +39,19 @@ std::string whole_file(const fs::path& path) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
+// Of a mixture file and what it names; empty without one.
+std::string mixture_checksum(const Scene& scene) {
+  const std::vector<fs::path> files = aerosol_files(scene);
+  return files.empty() ? std::string() : fnv1a64_of_files(files);
+}
+
 // The scene of a ladder or rung, ready to be printed: it must mean the same in any folder, and what
 // a map looks like is no part of it.
 Scene portable(Scene scene) {
   auto& layers = scene.atmosphere.optical_layers;
   if (layers) layers = fs::absolute(*layers).string();
+  auto& mixture = scene.aerosols.mixture;
+  if (mixture) mixture = fs::absolute(*mixture).string();
   scene.output = {};
   return scene;
 }
@@ -55,7 +64,7 @@ std::string physics_inputs(Scene scene) {
   scene.sun.disc_average.reset();
   scene.aerosols.phase.reset();
   const auto& layers = scene.atmosphere.optical_layers;
-  return fnv1a64(to_toml(scene) + (layers ? whole_file(*layers) : ""));
+  return fnv1a64(to_toml(scene) + (layers ? whole_file(*layers) : "") + mixture_checksum(scene));
 }
 
 std::string suns_text(const std::vector<double>& suns_deg) {
@@ -68,9 +77,9 @@ PlannedRung planned(Rung rung, const Scene& scene, const std::vector<double>& su
   const Scene there = portable(scene);
   result.scene_toml = to_toml(there);
   const auto& layers = there.atmosphere.optical_layers;
-  result.inputs = fnv1a64(fmt::format("twilight {}\n{} x {}\n{}\n{}\n{}", kVersion, rung.name,
+  result.inputs = fnv1a64(fmt::format("twilight {}\n{} x {}\n{}\n{}\n{}{}", kVersion, rung.name,
                                       repeat, suns_text(suns_deg), result.scene_toml,
-                                      layers ? whole_file(*layers) : ""));
+                                      layers ? whole_file(*layers) : "", mixture_checksum(there)));
   result.rung = std::move(rung);
   return result;
 }

@@ -300,7 +300,7 @@ std::optional<std::string> why_inapplicable(const Rung& rung, const Scene& scene
   if (rung.needs == RungNeeds::kProfile && own_layers) {
     return "the scene brings its own optical layers or published air";
   }
-  if (rung.needs == RungNeeds::kAerosols && scene.aerosols.type == "none" && !own_layers) {
+  if (rung.needs == RungNeeds::kAerosols && !has_aerosol(scene) && !own_layers) {
     return "the scene has no aerosol";
   }
   return std::nullopt;

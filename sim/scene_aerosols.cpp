@@ -335,6 +335,11 @@ std::vector<SceneAerosolLayer> scene_aerosol_layers(const Scene& scene) {
   return layers;
 }
 
+std::vector<std::filesystem::path> aerosol_files(const Scene& scene) {
+  if (!scene.aerosols.mixture || replaces_profile(scene)) return {};
+  return read_mixture_file(*scene.aerosols.mixture).files;
+}
+
 std::vector<double> aerosol_boundaries_km(const std::vector<SceneAerosolLayer>& layers,
                                           double top_km) {
   std::vector<double> heights;

@@ -1,6 +1,7 @@
 // The particles of a scene, put into its layers of air.
 #pragma once
 
+#include <filesystem>
 #include <vector>
 
 #include "aerosols/known_phases.h"
@@ -23,6 +24,10 @@ struct SceneAerosolLayer {
 /// The layers of the scene's type or mixture file, then the added ones, before any scaling. Throws
 /// as read_mixture_file().
 std::vector<SceneAerosolLayer> scene_aerosol_layers(const Scene& scene);
+
+/// The mixture file of a scene and the files it names; none where it has no mixture or its aerosols
+/// are not looked at (replaces_profile). Throws as read_mixture_file().
+std::vector<std::filesystem::path> aerosol_files(const Scene& scene);
 
 /// Heights where the aerosol begins or ends, below top_km: tops first, then bottoms above the
 /// ground; each once.
