@@ -38,8 +38,8 @@ std::vector<double> aerosol_boundaries_km(const std::vector<SceneAerosolLayer>& 
 /// targets of the layers, of the column and of the added layers:
 ///  - each coefficient is the layer of air's mean, or at its centre (`centre`, the paper);
 ///  - humidity of the atmosphere or of a table is taken layer of air by layer of air; the
-///    scattering matrices of those layers whose humidity lies between the same two of 0, 50, 70,
-///    80, 90, 95, 98, 99 % are one kind, at their mean humidity, so that kinds stay few;
+///    scattering matrices of those layers whose humidity lies between the same two of 0, 25, 50,
+///    70, 80, 90, 95, 98, 99 % are one kind, at their mean humidity, so that kinds stay few;
 ///  - mixtures that differ in amount alone are one kind.
 /// Without `matrices` all aerosol scatters after Henyey and Greenstein.
 /// The Angstrom exponent a of the column between 440 and 870 nm is met by fine particles times x
