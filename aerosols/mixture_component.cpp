@@ -156,6 +156,12 @@ class OwnComponent : public MixtureComponent {
   std::string identity_;
 };
 
+void scale(PhaseMatrix& phase, double factor) {
+  for (auto* p : {&phase.p11, &phase.p12, &phase.p33, &phase.p34}) {
+    for (double& value : *p) value *= factor;
+  }
+}
+
 PhaseMatrix henyey_greenstein_matrix(double asymmetry) {
   PhaseMatrix phase;
   const std::span<const double> angles = phase_angles_rad();
@@ -168,13 +174,8 @@ PhaseMatrix henyey_greenstein_matrix(double asymmetry) {
   }
   phase.p12.assign(angles.size(), 0.0);
   phase.p34.assign(angles.size(), 0.0);
+  scale(phase, 1.0 / phase_normalisation(phase));
   return phase;
-}
-
-void scale(PhaseMatrix& phase, double factor) {
-  for (auto* p : {&phase.p11, &phase.p12, &phase.p33, &phase.p34}) {
-    for (double& value : *p) value *= factor;
-  }
 }
 
 // On phase_angles_rad(), linear between the matrix's own angles, normalised again.

@@ -289,11 +289,15 @@ class Reader {
     if (find_opac_component(name) || components_.contains(name)) {
       table.refuse("name", fmt::format("= \"{}\": must not be a component's already", name));
     }
+    components_[name] = table.has("optics") ? imported(table) : own(table, name);
+  }
+
+  // What a component complains of itself, with its place in the file.
+  template <class Make>
+  static auto placed(const Table& table, Make make) {
     try {
-      components_[name] = table.has("optics") ? imported(table) : own(table, name);
+      return make();
     } catch (const std::invalid_argument& error) {
-      // What has no line yet comes from the component itself.
-      if (std::string_view(error.what()).find(':') != std::string_view::npos) throw;
       table.refuse(error.what());
     }
   }
@@ -305,9 +309,11 @@ class Reader {
     }
     const fs::path file = file_of(table, "optics");
     const std::string content = read_whole(file);
-    return table_component(
-        read_particle_optics(file),
-        fmt::format("{} {:x}", file.string(), std::hash<std::string>{}(content)));
+    ParticleOptics optics = read_particle_optics(file);
+    return placed(table, [&] {
+      return table_component(std::move(optics), fmt::format("{} {:x}", file.string(),
+                                                            std::hash<std::string>{}(content)));
+    });
   }
 
   std::shared_ptr<const MixtureComponent> own(const Table& table, const std::string& name) {
@@ -324,7 +330,7 @@ class Reader {
       require_as_many(*growth, "radius_growth_factor", m.radius_growth_factor.size(),
                       "humidity_percent", m.humidity_percent.size(), 1);
     }
-    return own_component(std::move(m));
+    return placed(table, [&] { return own_component(std::move(m)); });
   }
 
   void read_sizes(const Table& table, Microphysics& m) {

@@ -55,8 +55,7 @@ void sun(Run& run) {
   // Where the Sun is seen depends on the air's refractive index alone: one wavelength, no aerosol.
   Scene scene = run.scene;
   constexpr double kWavelengthNm = 550.0;
-  scene.aerosols.type = "none";
-  scene.aerosols.optical_depth_550nm.reset();
+  remove_aerosols(scene);
   scene.spectrum.solved_nm.clear();
   if (!scene.atmosphere.optical_layers) scene.spectrum.wavelengths_nm = {kWavelengthNm};
   const SceneModel model = build_scene_model(scene);

@@ -21,8 +21,8 @@ namespace {
 using Source = LayerHumidity::Source;
 
 constexpr double k440nm = 440.0, k550nm = 550.0, k870nm = 870.0;
-// Between two of these one kind of scattering matrix serves: OPAC's humidities.
-constexpr std::array<double, 8> kHumidityClasses = {0, 50, 70, 80, 90, 95, 98, 99};
+// Between two of these one kind of scattering matrix serves: OPAC's humidities, and 25 %.
+constexpr std::array<double, 9> kHumidityClasses = {0, 25, 50, 70, 80, 90, 95, 98, 99};
 
 // A layer of `component` of unit amount, at the humidity of OPAC's stratosphere (dry; dust takes
 // up no water at all).
@@ -333,6 +333,11 @@ std::vector<SceneAerosolLayer> scene_aerosol_layers(const Scene& scene) {
     layers.push_back(added_layer(AerosolComponent::kSulfate, scene.volcanic_sulfate));
   }
   return layers;
+}
+
+std::vector<std::filesystem::path> aerosol_files(const Scene& scene) {
+  if (!scene.aerosols.mixture || replaces_profile(scene)) return {};
+  return read_mixture_file(*scene.aerosols.mixture).files;
 }
 
 std::vector<double> aerosol_boundaries_km(const std::vector<SceneAerosolLayer>& layers,

@@ -1,6 +1,7 @@
 // The particles of a scene, put into its layers of air.
 #pragma once
 
+#include <filesystem>
 #include <vector>
 
 #include "aerosols/known_phases.h"
@@ -24,6 +25,10 @@ struct SceneAerosolLayer {
 /// as read_mixture_file().
 std::vector<SceneAerosolLayer> scene_aerosol_layers(const Scene& scene);
 
+/// The mixture file of a scene and the files it names; none where it has no mixture or its aerosols
+/// are not looked at (replaces_profile). Throws as read_mixture_file().
+std::vector<std::filesystem::path> aerosol_files(const Scene& scene);
+
 /// Heights where the aerosol begins or ends, below top_km: tops first, then bottoms above the
 /// ground; each once.
 std::vector<double> aerosol_boundaries_km(const std::vector<SceneAerosolLayer>& layers,
@@ -33,8 +38,8 @@ std::vector<double> aerosol_boundaries_km(const std::vector<SceneAerosolLayer>& 
 /// targets of the layers, of the column and of the added layers:
 ///  - each coefficient is the layer of air's mean, or at its centre (`centre`, the paper);
 ///  - humidity of the atmosphere or of a table is taken layer of air by layer of air; the
-///    scattering matrices of those layers whose humidity lies between the same two of 0, 50, 70,
-///    80, 90, 95, 98, 99 % are one kind, at their mean humidity, so that kinds stay few;
+///    scattering matrices of those layers whose humidity lies between the same two of 0, 25, 50,
+///    70, 80, 90, 95, 98, 99 % are one kind, at their mean humidity, so that kinds stay few;
 ///  - mixtures that differ in amount alone are one kind.
 /// Without `matrices` all aerosol scatters after Henyey and Greenstein.
 /// The Angstrom exponent a of the column between 440 and 870 nm is met by fine particles times x
