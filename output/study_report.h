@@ -5,18 +5,18 @@
 #include <string>
 #include <vector>
 
-#include "output/sky_quantities.h"
 #include "output/study_results.h"
+#include "output/wanted_quantities.h"
 
 namespace twilight {
 
-/// Writes DIR/plots/*.svg and DIR/index.html: the plots that were wanted (every single-number
-/// quantity against every axis that is a number where none were), the pictures in a grid by the
-/// axes, the failed cases with their errors. No script, links relative to DIR, each file whole or
-/// not at all. Returns the names written, relative to DIR, "index.html" last. The page links to
-/// "study.nc" and "study.csv", which are the caller's.
-/// Throws std::invalid_argument "key 'outputs.plots' = ...: must be ..." for a plot of columns that
-/// the table does not have, std::runtime_error naming the file where writing fails.
+/// Writes DIR/plots/*.svg (study_plots.h) and DIR/index.html: the pictures in a grid (the last axis
+/// across, the others down; as they come where axes are not crossed), the plots, the failed cases
+/// with their errors. The page needs no script and no network; its links are relative to DIR, among
+/// them "study.nc" and "study.csv", which are the caller's. Each file appears whole or not at all;
+/// the same bytes of the same table. Returns the names written, relative to DIR, "index.html" last.
+/// Throws std::runtime_error (or filesystem_error, which is one) naming the file where writing
+/// fails.
 std::vector<std::string> write_study_report(const std::filesystem::path& directory,
                                             const StudyTable& table,
                                             const WantedQuantities& wanted);
