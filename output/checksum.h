@@ -15,4 +15,7 @@ inline std::string fnv1a64(std::string_view text) {
   return fnv1a64(std::as_bytes(std::span(text)));
 }
 
+/// FNV-1a, 128 bits, as 32 hexadecimal digits: names what must not collide by chance.
+std::string fnv1a128(std::string_view text);
+
 }  // namespace twilight
