@@ -9,6 +9,7 @@
 
 #include "output/sky_comparison.h"
 #include "output/sky_fit.h"
+#include "output/study_command.h"
 #include "output/tables_command.h"
 #include "output/tradeoff.h"
 #include "sim/sky.h"
@@ -35,7 +36,8 @@ enum class Command {
   kTables,
   kTradeoff,
   kTradeoffRung,
-  kFit
+  kFit,
+  kStudy
 };
 
 /// A view as the user gave it, in degrees.
@@ -68,6 +70,7 @@ struct CommandLine {
   std::vector<double> fit_suns_deg;
   std::filesystem::path fit_output;
   ComparisonOptions comparison;  ///< compare; its overrides are those above
+  StudyOptions study;            ///< its scene (the study file) and overrides are those above
   int parent = 0;                ///< tradeoff-rung: the process that measures it
 
   /// Where the spectral layout goes: "sky.spectral.exr" beside "sky.exr".

@@ -289,17 +289,12 @@ std::vector<StudyAxis> read_axes(const toml::table& root, const std::string& fil
   return axes;
 }
 
-std::string underscored(std::string key) {
-  std::ranges::replace(key, '.', '_');
-  return key;
-}
-
 // Axes of one zip are one dimension, where the first of them stands.
 void combine(Study& study, const std::string& kind) {
   for (std::size_t a = 0; a < study.axes.size(); ++a) {
     const StudyAxis& axis = study.axes[a];
     const std::string name = kind == "zipped"   ? "case"
-                             : axis.zip.empty() ? underscored(axis.key)
+                             : axis.zip.empty() ? axis_variable(axis)
                                                 : axis.zip;
     const auto same = std::ranges::find(study.dimensions, name, &StudyDimension::name);
     if (same == study.dimensions.end()) {
@@ -339,6 +334,12 @@ std::filesystem::path scene_file_of(const toml::table& root, const std::filesyst
 
 }  // namespace
 
+std::string axis_variable(const StudyAxis& axis) {
+  std::string name = axis.key;
+  std::ranges::replace(name, '.', '_');
+  return name;
+}
+
 std::string StudyAxis::text(std::size_t index) const {
   return words.empty() ? fmt::format("{}", values.at(index)) : words.at(index);
 }
@@ -371,10 +372,18 @@ std::vector<double> Study::values_at(std::size_t node) const {
   return values;
 }
 
+bool Study::listed(const StudyDimension& dimension) const {
+  return dimension.name != axis_variable(axes[dimension.axes.front()]);
+}
+
+bool Study::crossed() const {
+  return std::ranges::none_of(dimensions, [&](const StudyDimension& d) { return listed(d); });
+}
+
 void Study::cross() {
   dimensions.clear();
   for (std::size_t a = 0; a < axes.size(); ++a) {
-    dimensions.push_back({underscored(axes[a].key), {a}, axes[a].size()});
+    dimensions.push_back({axis_variable(axes[a]), {a}, axes[a].size()});
   }
 }
 

@@ -29,9 +29,14 @@ struct StudyAxis {
   std::string override_at(std::size_t index) const;
 };
 
+/// The axis' name in netCDF files: its key with underscores for points.
+std::string axis_variable(const StudyAxis& axis);
+
 /// Axes that move together, crossed with the other dimensions.
 struct StudyDimension {
-  std::string name;               ///< the axis' key, with underscores for points; that of the zip
+  /// axis_variable() of its only axis; else that of the zip, "case" where all axes are zipped,
+  /// "sample" of a Latin hypercube.
+  std::string name;
   std::vector<std::size_t> axes;  ///< of Study::axes
   std::size_t size = 0;
 };
@@ -49,8 +54,10 @@ struct Study {
   std::vector<std::size_t> indices_at(std::size_t node) const;
   /// The values of a combination, one per axis, of a study whose axes are all numbers.
   std::vector<double> values_at(std::size_t node) const;
+  /// Whether a dimension's places are cases in a list, not the values of one axis.
+  bool listed(const StudyDimension& dimension) const;
   /// Whether every axis is a dimension of its own.
-  bool crossed() const { return dimensions.size() == axes.size(); }
+  bool crossed() const;
   /// The scene of a combination, as load_scene() gives it with the axes' values as overrides; a
   /// Sun's elevation takes the place of place and time. Throws std::invalid_argument naming the
   /// combination where it is no valid scene.
