@@ -308,7 +308,7 @@ std::string bytes_of(const fs::path& path) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-void copy_file(const fs::path& from, const fs::path& to) {
+void copy_whole(const fs::path& from, const fs::path& to) {
   std::error_code ignored;
   if (fs::is_regular_file(from, ignored)) write_text_file(to, bytes_of(from));
 }
@@ -387,12 +387,12 @@ std::size_t gather_cases(const fs::path& directory, const std::vector<fs::path>&
       if (read_case(own, hash)) continue;
       const auto result = read_case(theirs, hash);
       if (!result) {
-        copy_file(case_error_file(theirs, hash), case_error_file(own, hash));
+        copy_whole(case_error_file(theirs, hash), case_error_file(own, hash));
         continue;
       }
       // The picture first: the case's own file says that all is there.
-      copy_file(case_picture_file(theirs, hash), case_picture_file(own, hash));
-      copy_file(case_file(theirs, hash), case_file(own, hash));
+      copy_whole(case_picture_file(theirs, hash), case_picture_file(own, hash));
+      copy_whole(case_file(theirs, hash), case_file(own, hash));
       ++copied;
     }
   }
