@@ -124,7 +124,8 @@ void Assembler::define() {
     dimensions.push_back(d.name);
     if (!m_.study.listed(d)) continue;
     for (const std::size_t a : d.axes) {
-      listed += (listed.empty() ? "" : " ") + axis_variable(m_.study.axes[a]);
+      if (!listed.empty()) listed += ' ';
+      listed += axis_variable(m_.study.axes[a]);
     }
   }
   std::vector<const StudyCoordinate*> used;
