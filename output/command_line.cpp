@@ -245,6 +245,49 @@ void add_compare(CLI::App& app, CommandLine& line) {
   sub->add_flag("--quiet", line.quiet, "no progress, no summary on standard error");
 }
 
+void add_study(CLI::App& app, CommandLine& line) {
+  StudyOptions& options = line.study;
+  CLI::App* sub = add_command(app, line, Command::kStudy, "study",
+                              "many skies: a scene's keys varied ([[axis]]), what is measured of "
+                              "each ([outputs]), as netCDF, CSV, plots and a page");
+  CLI::Option* scene = sub->get_option("SCENE");
+  scene->required(false)->description("study file (TOML)");
+  CLI::Option* output = sub->add_option(
+      "-o,--output", options.directory,
+      "folder for study.nc, study.csv, index.html and each case's own file; a run that was stopped "
+      "goes on with what is there");
+  CLI::Option* one = sub->add_option("--case", options.case_number,
+                                     "compute this case alone, 1.. as --list numbers them, and put "
+                                     "nothing together");
+  CLI::Option* shard =
+      sub->add_option("--shard", options.shard,
+                      "I/N: compute the I-th (1..N) of N parts alone, and put nothing together");
+  sub->add_option("--slurm", options.slurm_tasks,
+                  "N: write DIR/study.sbatch, an array of N shards with predicted time and memory, "
+                  "and stop")
+      ->check(CLI::Range(std::size_t{1}, std::size_t{100000}))
+      ->excludes(one)
+      ->excludes(shard);
+  sub->add_option("--merge", options.merge,
+                  "put together the cases that these folders hold, in the first or that of -o; "
+                  "without study file")
+      ->excludes(one)
+      ->excludes(shard)
+      ->excludes(scene);
+  sub->add_flag("--partial", options.partial, "with --merge: cases that are missing become NaN");
+  sub->add_flag("--list", options.list, "print the cases as CSV and stop");
+  sub->add_flag("--fresh", options.fresh, "compute again what is there already");
+  one->excludes(shard);
+  sub->callback([&line, scene, output] {
+    line.command = Command::kStudy;
+    const StudyOptions& options = line.study;
+    if (!options.merge.empty()) return;
+    if (scene->empty()) throw CLI::RequiredError("SCENE, a study file, or --merge DIR");
+    if (output->empty() && !options.list) throw CLI::RequiredError("-o DIR");
+    if (options.partial) throw CLI::RequiredError("--merge DIR beside --partial");
+  });
+}
+
 // CLI11 says of an unknown command only that it was not expected.
 std::optional<std::string> unknown_command(const CLI::App& app, int argc, const char* const* argv) {
   if (argc < 2 || std::string_view(argv[1]).starts_with('-')) return std::nullopt;
@@ -315,6 +358,7 @@ ParsedCommandLine parse_command_line(int argc, const char* const* argv) {
   add_tradeoff(app, line);
   add_fit(app, line);
   add_compare(app, line);
+  add_study(app, line);
 
   try {
     app.parse(argc, argv);

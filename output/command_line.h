@@ -10,6 +10,7 @@
 #include "output/optics_command.h"
 #include "output/sky_comparison.h"
 #include "output/sky_fit.h"
+#include "output/study_command.h"
 #include "output/tables_command.h"
 #include "output/tradeoff.h"
 #include "sim/sky.h"
@@ -36,7 +37,8 @@ enum class Command {
   kTables,
   kTradeoff,
   kTradeoffRung,
-  kFit
+  kFit,
+  kStudy
 };
 
 /// A view as the user gave it, in degrees.
@@ -70,6 +72,7 @@ struct CommandLine {
   std::vector<double> fit_suns_deg;
   std::filesystem::path fit_output;
   ComparisonOptions comparison;  ///< compare; its overrides are those above
+  StudyOptions study;            ///< its scene (the study file) and overrides are those above
   int parent = 0;                ///< tradeoff-rung: the process that measures it
 
   /// Where the spectral layout goes: "sky.spectral.exr" beside "sky.exr".

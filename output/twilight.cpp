@@ -219,6 +219,10 @@ bool solves(Command command) {
 void run_command(const CommandLine& line, spdlog::logger& log) {
   if (line.command == Command::kTradeoffRung) return tradeoff_rung(line);
   if (line.command == Command::kCompare) return compare(line, log);
+  if (line.command == Command::kStudy) {
+    Run run(line, {}, log, stop_requested);
+    return study(run);
+  }
   std::optional<Study> study;
   const LoadedScene loaded = checking_input([&] {
     if (line.command != Command::kFit) return load_scene(line.scene, line.overrides);
@@ -264,6 +268,7 @@ void run_command(const CommandLine& line, spdlog::logger& log) {
       return fit(run, *study);
     case Command::kCompare:
     case Command::kTradeoffRung:
+    case Command::kStudy:
       return;  // have no scene of their own
   }
 }
@@ -292,8 +297,10 @@ int program(int argc, char** argv) {
     return kExitSuccess;
   } catch (const Cancelled&) {
     const bool keeps = parsed.command->command == Command::kTradeoff;
-    log.error("twilight: stopped; {}",
-              keeps ? "rungs that are done are kept for the next time" : "nothing was written");
+    const bool studies = parsed.command->command == Command::kStudy;
+    log.error("twilight: stopped; {}", keeps     ? "rungs that are done are kept for the next time"
+                                       : studies ? "cases that are done are kept for the next time"
+                                                 : "nothing was written");
     return kExitInterrupted;
   } catch (const BadInput& error) {
     log.error("twilight: {}", error.what());

@@ -783,11 +783,34 @@ std::string suggested_key(std::string_view unknown) { return suggestion(unknown)
 
 LoadedScene load_scene(const std::filesystem::path& file, std::span<const std::string> overrides,
                        std::span<const std::string_view> not_of_scene) {
-  LoadedScene loaded;
-  loaded.file = file;
-  read_file(loaded, not_of_scene);
+  return SceneSource(file, not_of_scene).with(overrides);
+}
+
+SceneSource::SceneSource(const std::filesystem::path& file,
+                         std::span<const std::string_view> not_of_scene) {
+  read_.file = file;
+  read_file(read_, not_of_scene);
+}
+
+LoadedScene SceneSource::with(std::span<const std::string> overrides) const {
+  LoadedScene loaded = read_;
   finish(loaded, overrides);
   return loaded;
+}
+
+SceneSource SceneSource::without(std::span<const std::string_view> keys) const {
+  SceneSource rest = *this;
+  for (const std::string_view name : keys) {
+    std::visit(
+        [](auto* value) {
+          if constexpr (requires { value->reset(); }) value->reset();
+        },
+        find_key(name)->field(rest.read_.scene));
+    if (const auto said = rest.read_.origin.find(name); said != rest.read_.origin.end()) {
+      rest.read_.origin.erase(said);
+    }
+  }
+  return rest;
 }
 
 LoadedScene load_scene_text(const std::string& toml, const std::filesystem::path& name,
