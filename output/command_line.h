@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "output/sequence_command.h"
 #include "output/sky_comparison.h"
 #include "output/sky_fit.h"
 #include "output/tables_command.h"
@@ -33,6 +34,7 @@ enum class Command {
   kCompare,
   kAerial,
   kTables,
+  kSequence,
   kTradeoff,
   kTradeoffRung,
   kFit
@@ -61,6 +63,7 @@ struct CommandLine {
   std::optional<std::filesystem::path> views_file;
   std::vector<double> distances_km;  ///< aerial, 0..1e5
   TablesOptions tables;
+  SequenceOptions sequence;
   /// tradeoff; its scene and overrides are those above.
   TradeoffOptions tradeoff;
   /// fit: form and quantity, the Suns of a study that names none, and the file to write.

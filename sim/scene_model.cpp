@@ -113,7 +113,22 @@ double ground_albedo_at(const EarthOptions& earth, double wavelength_nm) {
   return std::lerp(albedo[i - 1], albedo[i], t);
 }
 
+// From orbit the Sun stands where it stands from this height, to 1 arc minute (parallax).
+Place place_under(const Scene& scene) {
+  return {*scene.observer.latitude_deg, *scene.observer.longitude_deg,
+          std::min(scene.observer.height_m, kHighestPlaceM)};
+}
+
 }  // namespace
+
+SceneSun sun_of(const Scene& scene) {
+  if (!scene.observer.time) {
+    return {*scene.sun.elevation_deg, scene.sun.azimuth_deg, 1.0};
+  }
+  const SunPosition sun =
+      sun_position(place_under(scene), parse_offset_date_time(*scene.observer.time));
+  return {sun.elevation_deg, sun.azimuth_deg, sun.distance_au};
+}
 
 std::vector<std::vector<PhaseMatrix>> KnownPhases::phases(const std::string& type,
                                                           double relative_humidity_percent,
@@ -145,18 +160,12 @@ SceneModel build_scene_model(const Scene& scene, KnownPhases* known) {
   SceneModel model;
   model.scene = scene;
   double radius_km = scene.earth.radius_km.value_or(kMeanEarthRadiusKm);
-  if (scene.observer.time) {
-    // From orbit the Sun stands where it stands from this height, to 1 arc minute (parallax).
-    const Place place{*scene.observer.latitude_deg, *scene.observer.longitude_deg,
-                      std::min(scene.observer.height_m, kHighestPlaceM)};
-    const SunPosition sun = sun_position(place, parse_offset_date_time(*scene.observer.time));
-    model.sun_elevation_rad = sun.elevation_deg * kRadPerDeg;
-    model.sun_azimuth_rad = sun.azimuth_deg * kRadPerDeg;
-    model.sun_distance_au = sun.distance_au;
-    if (!scene.earth.radius_km) radius_km = radius_of_curvature_km(place, sun.azimuth_deg);
-  } else {
-    model.sun_elevation_rad = *scene.sun.elevation_deg * kRadPerDeg;
-    model.sun_azimuth_rad = scene.sun.azimuth_deg * kRadPerDeg;
+  const SceneSun sun = sun_of(scene);
+  model.sun_elevation_rad = sun.elevation_deg * kRadPerDeg;
+  model.sun_azimuth_rad = sun.azimuth_deg * kRadPerDeg;
+  model.sun_distance_au = sun.distance_au;
+  if (scene.observer.time && !scene.earth.radius_km) {
+    radius_km = radius_of_curvature_km(place_under(scene), sun.azimuth_deg);
   }
 
   const auto& wavelengths = solved_wavelengths_nm(scene.spectrum);

@@ -35,6 +35,16 @@ struct SceneModel {
   std::vector<double> solar_irradiance;  ///< at the actual distance, W m^-2 nm^-1, per wavelength
 };
 
+/// Where the Sun stands.
+struct SceneSun {
+  double elevation_deg = 0.0;  ///< geometric (without refraction), topocentric
+  double azimuth_deg = 0.0;    ///< clockwise from north
+  double distance_au = 1.0;
+};
+
+/// The Sun of a valid scene: of its place and time, or its own elevation and azimuth at 1 au.
+SceneSun sun_of(const Scene& scene);
+
 /// Scattering matrices computed before, for scenes that share aerosols and wavelengths: they are
 /// what a model takes longest for.
 class KnownPhases {
