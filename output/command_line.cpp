@@ -142,6 +142,33 @@ void add_optics(CLI::App& app, CommandLine& line) {
                 "FILE_WASO.nc ..., in place of the layers");
 }
 
+void add_sequence(CLI::App& app, CommandLine& line) {
+  SequenceOptions& options = line.sequence;
+  CLI::App* sub = add_command(app, line, Command::kSequence, "sequence",
+                              "a film of the sky: numbered images, pictures, and MP4 or WebM");
+  const char* const kInstant =
+      "time with offset, as 2003-12-08T17:00:00+01:00, of a scene with a place; else elevation of "
+      "the Sun, degrees";
+  sub->add_option("--from", options.from, kInstant)->required();
+  sub->add_option("--to", options.to, kInstant)->required();
+  sub->add_option("--frames", options.frames, "how many, both ends included: 2..100000")
+      ->required();
+  sub->add_option(
+         "-o,--output", options.directory,
+         "folder for frame_0001.exr, frame_0001.png and on; frames that are there are kept")
+      ->required();
+  sub->add_option("--fps", options.frames_per_second, "frames per second of the film")
+      ->check(CLI::Range(0.1, 1000.0))
+      ->capture_default_str();
+  sub->add_option("--exposure", options.exposure,
+                  "of the pictures: auto follows the sky, smoothed over the frames; or a camera's "
+                  "exposure value at ISO 100, -40..40, for all of them")
+      ->capture_default_str();
+  CLI::Option* none = sub->add_flag("!--no-video", options.video, "no film");
+  sub->add_flag("--webm", options.webm, "film as WebM (VP9), not MP4 (H.264)")->excludes(none);
+  add_field(sub, line);
+}
+
 void add_tradeoff(CLI::App& app, CommandLine& line) {
   TradeoffOptions& options = line.tradeoff;
   CLI::App* sub = add_command(app, line, Command::kTradeoff, "tradeoff",
@@ -355,6 +382,7 @@ ParsedCommandLine parse_command_line(int argc, const char* const* argv) {
   add_optics(app, line);
 
   add_tables(app, line);
+  add_sequence(app, line);
   add_tradeoff(app, line);
   add_fit(app, line);
   add_compare(app, line);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "output/optics_command.h"
+#include "output/sequence_command.h"
 #include "output/sky_comparison.h"
 #include "output/sky_fit.h"
 #include "output/study_command.h"
@@ -35,6 +36,7 @@ enum class Command {
   kCompare,
   kAerial,
   kTables,
+  kSequence,
   kTradeoff,
   kTradeoffRung,
   kFit,
@@ -65,6 +67,7 @@ struct CommandLine {
   std::vector<double> distances_km;  ///< aerial, 0..1e5
   TablesOptions tables;
   OpticsOptions optics;
+  SequenceOptions sequence;
   /// tradeoff; its scene and overrides are those above.
   TradeoffOptions tradeoff;
   /// fit: form and quantity, the Suns of a study that names none, and the file to write.

@@ -26,6 +26,7 @@
 #include "output/fit_report.h"
 #include "output/optics_command.h"
 #include "output/scene_map.h"
+#include "output/sequence_command.h"
 #include "output/sky_commands.h"
 #include "output/sky_fit.h"
 #include "output/study_axes.h"
@@ -213,7 +214,7 @@ void tradeoff_rung(const CommandLine& line) {
 bool solves(Command command) {
   return command == Command::kRender || command == Command::kRadiance ||
          command == Command::kAerial || command == Command::kIrradiance ||
-         command == Command::kSolve || command == Command::kTables;
+         command == Command::kSolve || command == Command::kTables || command == Command::kSequence;
 }
 
 void run_command(const CommandLine& line, spdlog::logger& log) {
@@ -259,6 +260,8 @@ void run_command(const CommandLine& line, spdlog::logger& log) {
       return optics(run);
     case Command::kTables:
       return tables(run);
+    case Command::kSequence:
+      return sequence(run);
     case Command::kTradeoff:
       // Its rungs say themselves what they model.
       run.scene.quality.reset();
@@ -296,11 +299,13 @@ int program(int argc, char** argv) {
     run_command(*parsed.command, log);
     return kExitSuccess;
   } catch (const Cancelled&) {
-    const bool keeps = parsed.command->command == Command::kTradeoff;
-    const bool studies = parsed.command->command == Command::kStudy;
-    log.error("twilight: stopped; {}", keeps     ? "rungs that are done are kept for the next time"
-                                       : studies ? "cases that are done are kept for the next time"
-                                                 : "nothing was written");
+    const Command command = parsed.command->command;
+    const char* const kept =
+        command == Command::kTradeoff   ? "rungs that are done are kept for the next time"
+        : command == Command::kStudy    ? "cases that are done are kept for the next time"
+        : command == Command::kSequence ? "frames that are done are kept for the next time"
+                                        : "nothing was written";
+    log.error("twilight: stopped; {}", kept);
     return kExitInterrupted;
   } catch (const BadInput& error) {
     log.error("twilight: {}", error.what());
