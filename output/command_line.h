@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "output/air_retrieval.h"
 #include "output/sky_comparison.h"
 #include "output/sky_fit.h"
 #include "output/tables_command.h"
@@ -35,7 +36,8 @@ enum class Command {
   kTables,
   kTradeoff,
   kTradeoffRung,
-  kFit
+  kFit,
+  kRetrieve
 };
 
 /// A view as the user gave it, in degrees.
@@ -67,6 +69,7 @@ struct CommandLine {
   SkyFitOptions fit;
   std::vector<double> fit_suns_deg;
   std::filesystem::path fit_output;
+  RetrieveOptions retrieve;      ///< its scene and overrides are those above
   ComparisonOptions comparison;  ///< compare; its overrides are those above
   int parent = 0;                ///< tradeoff-rung: the process that measures it
 

@@ -24,6 +24,7 @@
 #include "output/field_file.h"
 #include "output/fit_file.h"
 #include "output/fit_report.h"
+#include "output/retrieve_command.h"
 #include "output/scene_map.h"
 #include "output/sky_commands.h"
 #include "output/sky_fit.h"
@@ -289,6 +290,8 @@ void run_command(const CommandLine& line, spdlog::logger& log) {
       return tradeoff(run);
     case Command::kFit:
       return fit(run, *study);
+    case Command::kRetrieve:
+      return retrieve_air(run, loaded);
     case Command::kCompare:
     case Command::kTradeoffRung:
       return;  // have no scene of their own
