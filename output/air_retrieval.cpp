@@ -202,6 +202,7 @@ Retrieval run_retrieval(const RetrievalPlan& plan, const RunControl& control) {
     problem.parameters.push_back({kExposureName, factor / kWidth, factor * kWidth, factor, true});
   }
   problem.model = [&](std::span<const double> x) { return coarse(x); };
+  problem.forecast = [&](std::span<const std::vector<double>> x) { coarse.solve_ahead(x); };
   if (plan.corrects) problem.accurate_model = [&](std::span<const double> x) { return fine(x); };
   return retrieve(problem, plan.options.search, control);
 }

@@ -1,12 +1,14 @@
 #include "output/forward_model.h"
 
 #include <fmt/format.h>
+#include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
 #include "output/study_axes.h"
+#include "sim/solver_arena.h"
 #include "solar/solar_spectrum.h"
 
 namespace twilight {
@@ -95,10 +97,14 @@ SkyForwardModel::SkyForwardModel(Scene scene, std::vector<std::string> keys,
   }
 }
 
-std::vector<double> SkyForwardModel::solve(std::span<const double> keys) {
+SceneModel SkyForwardModel::model_of(std::span<const double> keys) {
   Scene scene = scene_;
   for (std::size_t k = 0; k < keys_.size(); ++k) set_number(scene, keys_[k], keys[k]);
-  SceneModel model = build_scene_model(scene, phases_.get());
+  return build_scene_model(scene, phases_.get());
+}
+
+// The solved sky at every Sun and view.
+std::vector<double> SkyForwardModel::look(SceneModel model) const {
   model.sun_elevation_rad = measured_.suns.front().elevation_rad;
   // The solver's own stages would drown the search's.
   RunControl quiet;
@@ -144,11 +150,36 @@ std::vector<double> SkyForwardModel::solve(std::span<const double> keys) {
   return data;
 }
 
+void SkyForwardModel::solve_ahead(std::span<const std::vector<double>> parameters) {
+  std::vector<std::vector<double>> keys;
+  std::vector<SceneModel> models;
+  for (const std::vector<double>& p : parameters) {
+    std::vector<double> own(p.begin(), p.begin() + static_cast<std::ptrdiff_t>(keys_.size()));
+    if (known_.contains(own) || std::ranges::find(keys, own) != keys.end()) continue;
+    control_.check();
+    // One after the other: they share the phases.
+    models.push_back(model_of(own));
+    models.back().scene.solver.threads = 1;
+    keys.push_back(std::move(own));
+  }
+  if (models.size() < 2) return;
+  std::vector<std::vector<double>> data(models.size());
+  SolverArena arena(scene_.solver.threads);
+  arena.arena.execute([&] {
+    tbb::parallel_for(
+        std::size_t{0}, models.size(), [&](std::size_t k) { data[k] = look(models[k]); },
+        tbb::simple_partitioner());
+  });
+  for (std::size_t k = 0; k < keys.size(); ++k) {
+    known_.emplace(std::move(keys[k]), std::move(data[k]));
+  }
+}
+
 std::vector<double> SkyForwardModel::operator()(std::span<const double> parameters) {
   const std::vector<double> keys(parameters.begin(),
                                  parameters.begin() + static_cast<std::ptrdiff_t>(keys_.size()));
   auto it = known_.find(keys);
-  if (it == known_.end()) it = known_.emplace(keys, solve(keys)).first;
+  if (it == known_.end()) it = known_.emplace(keys, look(model_of(keys))).first;
   std::vector<double> data = it->second;
   const double exposure = measured_.free_exposure ? parameters[keys_.size()] : 1.0;
   for (double& value : data) {

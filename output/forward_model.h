@@ -40,10 +40,15 @@ class SkyForwardModel {
   /// Cancelled.
   std::vector<double> operator()(std::span<const double> parameters);
 
+  /// Solves for several sets of parameters side by side, each on one thread, where that has not
+  /// been done: what operator() then gives are the same bytes.
+  void solve_ahead(std::span<const std::vector<double>> parameters);
+
   std::size_t solutions() const { return known_.size(); }
 
  private:
-  std::vector<double> solve(std::span<const double> keys);
+  SceneModel model_of(std::span<const double> keys);
+  std::vector<double> look(SceneModel model) const;
 
   Scene scene_;
   std::vector<std::string> keys_;

@@ -1,13 +1,10 @@
 #include "output/photograph.h"
 
-#include <OpenImageIO/imagebuf.h>
-#include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <memory>
 #include <numbers>
 #include <stdexcept>
 
@@ -17,27 +14,6 @@ namespace twilight {
 namespace {
 
 constexpr double kRadPerDeg = std::numbers::pi / 180.0;
-
-std::unique_ptr<OIIO::ImageInput> opened(const std::filesystem::path& file) {
-  auto input =
-      std::filesystem::is_regular_file(file) ? OIIO::ImageInput::open(file.string()) : nullptr;
-  if (input) return input;
-  const std::string reason = OIIO::geterror();
-  throw std::invalid_argument(fmt::format("{}: cannot read this image{}{}", file.string(),
-                                          reason.empty() ? "" : ": ", reason));
-}
-
-std::vector<float> pixels_of(OIIO::ImageInput& input, const std::filesystem::path& file) {
-  const OIIO::ImageSpec& spec = input.spec();
-  std::vector<float> pixels(static_cast<std::size_t>(spec.width) *
-                            static_cast<std::size_t>(spec.height) *
-                            static_cast<std::size_t>(spec.nchannels));
-  if (!input.read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT, pixels.data())) {
-    throw std::invalid_argument(
-        fmt::format("{}: cannot read this image: {}", file.string(), input.geterror()));
-  }
-  return pixels;
-}
 
 double sun_angle_rad(MapDirection d, const MeasuredSun& sun) {
   const double c = std::sin(d.elevation_rad) * std::sin(sun.elevation_rad) +
@@ -105,67 +81,6 @@ struct Picture {
 };
 
 }  // namespace
-
-LinearImage read_linear_image(const std::filesystem::path& file) {
-  const auto input = opened(file);
-  const OIIO::ImageSpec& spec = input->spec();
-  if (spec.format.basesize() < 2) {
-    throw std::invalid_argument(fmt::format(
-        "{}: has 8 bits per value: must be a linear image of 16 bits or floats, as EXR, "
-        "HDR or TIFF",
-        file.string()));
-  }
-  LinearImage image;
-  image.width = spec.width;
-  image.height = spec.height;
-  const std::vector<float> all = pixels_of(*input, file);
-  std::vector<std::size_t> taken;
-  for (std::size_t c = 0; c < spec.channelnames.size(); ++c) {
-    if (static_cast<int>(c) == spec.alpha_channel) continue;
-    taken.push_back(c);
-    image.channels.push_back(spec.channelnames[c]);
-  }
-  const auto channels = static_cast<std::size_t>(spec.nchannels);
-  for (std::size_t at = 0; at < all.size(); at += channels) {
-    for (const std::size_t c : taken) {
-      if (!std::isfinite(all[at + c])) {
-        const std::size_t pixel = at / channels, width = static_cast<std::size_t>(spec.width);
-        throw std::invalid_argument(fmt::format("{}: pixel ({}, {}) must be finite", file.string(),
-                                                pixel % width, pixel / width));
-      }
-      image.pixels.push_back(all[at + c]);
-    }
-  }
-  const auto number = [&](const char* name) -> std::optional<double> {
-    const OIIO::ParamValue* found = spec.find_attribute(name);
-    if (found == nullptr) return std::nullopt;
-    return static_cast<double>(found->get_float());
-  };
-  image.white_luminance_cd_m2 = number("whiteLuminance");
-  const auto azimuth = number("cameraAzimuth"), elevation = number("cameraElevation"),
-             field = number("cameraFieldOfView");
-  if (azimuth && elevation && field) {
-    image.pose =
-        CameraPose{*azimuth * kRadPerDeg, *elevation * kRadPerDeg, 0.0, *field * kRadPerDeg};
-  }
-  return image;
-}
-
-std::vector<char> read_mask(const std::filesystem::path& file, int width, int height) {
-  const auto input = opened(file);
-  const OIIO::ImageSpec& spec = input->spec();
-  if (spec.width != width || spec.height != height) {
-    throw std::invalid_argument(
-        fmt::format("{}: is {} x {} pixels: must be {} x {}, as the photograph", file.string(),
-                    spec.width, spec.height, width, height));
-  }
-  const std::vector<float> all = pixels_of(*input, file);
-  std::vector<char> mask;
-  for (std::size_t at = 0; at < all.size(); at += static_cast<std::size_t>(spec.nchannels)) {
-    mask.push_back(all[at] != 0.0f ? 1 : 0);
-  }
-  return mask;
-}
 
 std::vector<SpectralResponse> standard_responses(const std::vector<std::string>& channels) {
   std::vector<SpectralResponse> responses;

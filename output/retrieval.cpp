@@ -20,6 +20,10 @@ constexpr double kNormal95 = 1.959963984540054;  // of the normal distribution, 
 // Searches agree where chi squared differs by less and every parameter by less than its error.
 constexpr double kSameChiSquared = 0.5;
 constexpr int kMostCorrections = 4;
+// A profile only has to tell chi squared + 4 from less. A search that ends too early raises it,
+// which the tolerance keeps below a tenth for as many data as a hundred.
+constexpr double kProfileTolerance = 1e-3;
+constexpr int kMostProfileSteps = 10;
 constexpr double kShiftLeft = 0.1;  // of an error, after which the correction stands
 // A singular value below this share of the largest is rounding.
 constexpr double kNoEffect = 1e-9;
@@ -105,6 +109,21 @@ class UnitProblem {
     const std::vector<double> r = residuals(t);
     return std::inner_product(r.begin(), r.end(), r.begin(), 0.0);
   }
+  /// Tells the model of the places that derivatives by `which` at t need, and of t.
+  void foretell(const Unit& t, const std::vector<std::size_t>& which, bool one_sided) const {
+    if (!problem_.forecast) return;
+    std::vector<std::vector<double>> places = {values(t)};
+    for (const std::size_t i : which) {
+      const double h = options_.difference_step;
+      for (const double step : {h, -h}) {
+        if (one_sided && (step > 0) != (t[i] + h <= 1)) continue;
+        Unit there = t;
+        there[i] = std::clamp(t[i] + step, 0.0, 1.0);
+        places.push_back(values(there));
+      }
+    }
+    problem_.forecast(places);
+  }
   /// Derivatives of residuals() by parameter i; `here` are the residuals at t for one-sided ones.
   std::vector<double> derivative(const Unit& t, std::size_t i, const std::vector<double>* here) {
     const double h = options_.difference_step;
@@ -179,6 +198,7 @@ class Residuals : public ceres::CostFunction {
       }
       std::ranges::copy(last_residuals_, residuals);
       if (jacobians == nullptr || jacobians[0] == nullptr) return true;
+      problem_.foretell(t, moving_, true);
       for (std::size_t j = 0; j < moving_.size(); ++j) {
         const std::vector<double> slope = problem_.derivative(t, moving_[j], &last_residuals_);
         for (std::size_t k = 0; k < slope.size(); ++k) {
@@ -248,13 +268,16 @@ Minimum minimise(UnitProblem& problem, const Unit& from, std::size_t fixed,
   }
   StepReport report(problem.control(), stage, problem.options().most_iterations);
   ceres::Solver::Options options;
-  options.max_num_iterations = problem.options().most_iterations;
+  const bool profile = fixed < from.size();
+  options.max_num_iterations = profile
+                                   ? std::min(kMostProfileSteps, problem.options().most_iterations)
+                                   : problem.options().most_iterations;
   options.linear_solver_type = ceres::DENSE_QR;
   options.num_threads = 1;
   options.logging_type = ceres::SILENT;
   // A step that changes chi squared by 1e-4 of itself changes nothing that is claimed; where it
   // falls towards 0 (data without noise) the parameters' own steps end the search.
-  options.function_tolerance = 1e-4;
+  options.function_tolerance = profile ? kProfileTolerance : 1e-4;
   options.parameter_tolerance = 1e-6;
   options.gradient_tolerance = 1e-10;
   options.update_state_every_iteration = false;
@@ -288,6 +311,9 @@ struct Linearised {
 Linearised linearise(UnitProblem& problem, const Unit& t) {
   const auto n = static_cast<Eigen::Index>(problem.parameters());
   Eigen::MatrixXd jacobian(static_cast<Eigen::Index>(problem.data()), n);
+  std::vector<std::size_t> all(problem.parameters());
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  problem.foretell(t, all, false);
   for (Eigen::Index i = 0; i < n; ++i) {
     problem.control().report("errors", static_cast<double>(i) / static_cast<double>(n));
     const std::vector<double> slope = problem.derivative(t, static_cast<std::size_t>(i), nullptr);

@@ -26,6 +26,10 @@ struct FreeParameter {
 /// to much better than the data's errors.
 using ForwardModel = std::function<std::vector<double>(std::span<const double>)>;
 
+/// Told of several sets of parameters that the forward model is asked for next, so that it can
+/// work on them side by side. May do nothing.
+using ModelForecast = std::function<void(std::span<const std::vector<double>>)>;
+
 struct RetrievalProblem {
   std::vector<FreeParameter> parameters;  ///< one or more, no more than data
   std::vector<double> measured;           ///< finite
@@ -35,6 +39,7 @@ struct RetrievalProblem {
   /// both at the best parameters (where one of them is not positive, by the difference) and the fit
   /// repeated until that moves it no more than a tenth of its error.
   ForwardModel accurate_model;
+  ModelForecast forecast;  ///< of the search's model; may be empty
 };
 
 struct RetrievalOptions {
@@ -87,8 +92,8 @@ inline constexpr double kProfileRise = 4.0;
 
 struct Retrieval {
   std::vector<RetrievedParameter> parameters;
-  /// (J'J)^-1 times error_scale^2 in the parameters' units, and correlations, [i][j]. NaN where a
-  /// parameter has no effect at all.
+  /// (J'J)^-1 times error_scale^2 in the parameters' units, and correlations, [i][j]. A variance is
+  /// infinite where the data say nothing at all.
   std::vector<std::vector<double>> covariance, correlation;
   /// Singular values of the Jacobian of data over errors by parameters over ranges, falling.
   std::vector<double> singular_values;
