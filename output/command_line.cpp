@@ -239,6 +239,47 @@ void add_fit(CLI::App& app, CommandLine& line) {
   add(SkyForm::kHosek, "nine parameters: Hosek & Wilkie 2012");
 }
 
+void add_retrieve(CLI::App& app, CommandLine& line) {
+  RetrieveOptions& options = line.retrieve;
+  CLI::App* sub = app.add_subcommand(
+      "retrieve",
+      "the air from what was measured of its sky: radiances, zenith curves, photographs");
+  sub->callback([&line] { line.command = Command::kRetrieve; });
+  sub->add_option("MEASURED", options.measured,
+                  "CSV of radiances or of zenith brightness, or a TOML file that describes either "
+                  "or a photograph")
+      ->required();
+  sub->add_option("--scene", line.scene, "scene file (TOML): all that is not free")->required();
+  sub->add_option("--free", options.free,
+                  "keys of the scene to retrieve, as aerosols.optical_depth_550nm,"
+                  "atmosphere.ozone_du=200..500")
+      ->required()
+      ->allow_extra_args(false);
+  sub->add_option("-o,--output", options.directory,
+                  "folder for retrieval.json, residuals, and the scene with the best values")
+      ->required();
+  sub->add_option("--relative-error", options.relative_error,
+                  "standard error over value, of data that say none")
+      ->check(CLI::Range(1e-6, 10.0));
+  sub->add_option(
+         "--search", options.search_quality,
+         "quality of the solver while it searches: draft, fair, standard, high, reference, "
+         "or scene; the scene's own has the last word")
+      ->check(CLI::IsMember({"draft", "fair", "standard", "high", "reference", "scene"}))
+      ->capture_default_str();
+  sub->add_option("--starts", options.search.starts, "searches at most; two that agree are enough")
+      ->check(CLI::Range(1, 100))
+      ->capture_default_str();
+  sub->add_option("--iterations", options.search.most_iterations, "most steps of a search")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  sub->add_option("--seed", options.search.seed, "of the starts")->capture_default_str();
+  sub->add_option("--set", line.overrides, "KEY=VALUE overrides a key of the scene; repeatable")
+      ->allow_extra_args(false);
+  add_threads(sub, line);
+  sub->add_flag("--quiet", line.quiet, "no progress, no summary on standard error");
+}
+
 void add_views(CLI::App* sub, CommandLine& line) {
   sub->add_option("--view", line.views,
                   "EL,AZ in degrees: elevation, and azimuth from the Sun's; repeatable")
@@ -385,6 +426,7 @@ ParsedCommandLine parse_command_line(int argc, const char* const* argv) {
   add_sequence(app, line);
   add_tradeoff(app, line);
   add_fit(app, line);
+  add_retrieve(app, line);
   add_compare(app, line);
   add_study(app, line);
 

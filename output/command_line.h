@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "output/air_retrieval.h"
 #include "output/optics_command.h"
 #include "output/sequence_command.h"
 #include "output/sky_comparison.h"
@@ -40,7 +41,8 @@ enum class Command {
   kTradeoff,
   kTradeoffRung,
   kFit,
-  kStudy
+  kStudy,
+  kRetrieve
 };
 
 /// A view as the user gave it, in degrees.
@@ -74,6 +76,7 @@ struct CommandLine {
   SkyFitOptions fit;
   std::vector<double> fit_suns_deg;
   std::filesystem::path fit_output;
+  RetrieveOptions retrieve;      ///< its scene and overrides are those above
   ComparisonOptions comparison;  ///< compare; its overrides are those above
   StudyOptions study;            ///< its scene (the study file) and overrides are those above
   int parent = 0;                ///< tradeoff-rung: the process that measures it

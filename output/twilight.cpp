@@ -25,6 +25,7 @@
 #include "output/fit_file.h"
 #include "output/fit_report.h"
 #include "output/optics_command.h"
+#include "output/retrieve_command.h"
 #include "output/scene_map.h"
 #include "output/sequence_command.h"
 #include "output/sky_commands.h"
@@ -269,6 +270,8 @@ void run_command(const CommandLine& line, spdlog::logger& log) {
       return tradeoff(run);
     case Command::kFit:
       return fit(run, *study);
+    case Command::kRetrieve:
+      return retrieve_air(run, loaded);
     case Command::kCompare:
     case Command::kTradeoffRung:
     case Command::kStudy:
