@@ -130,6 +130,18 @@ void add_tables(CLI::App& app, CommandLine& line) {
   add_field(sub, line);
 }
 
+void add_optics(CLI::App& app, CommandLine& line) {
+  CLI::App* sub =
+      add_command(app, line, Command::kOptics, "optics",
+                  "the layers of the atmosphere as CSV, or tables of their optics in a file");
+  sub->add_option("--export", line.optics.export_file,
+                  "FILE.nc (netCDF, CF) or FILE.csv: extinction, scattering, asymmetry, optical "
+                  "depths and scattering matrices");
+  sub->add_flag("--components", line.optics.components,
+                "export the ten shipped components over humidity and the scene's wavelengths, as "
+                "FILE_WASO.nc ..., in place of the layers");
+}
+
 void add_tradeoff(CLI::App& app, CommandLine& line) {
   TradeoffOptions& options = line.tradeoff;
   CLI::App* sub = add_command(app, line, Command::kTradeoff, "tradeoff",
@@ -297,7 +309,7 @@ ParsedCommandLine parse_command_line(int argc, const char* const* argv) {
       ->capture_default_str();
   add_command(app, line, Command::kSun, "sun",
               "where the Sun stands, and when it sets and twilight ends, as CSV");
-  add_command(app, line, Command::kOptics, "optics", "the layers of the atmosphere, as CSV");
+  add_optics(app, line);
 
   add_tables(app, line);
   add_tradeoff(app, line);

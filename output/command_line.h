@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "output/optics_command.h"
 #include "output/sky_comparison.h"
 #include "output/sky_fit.h"
 #include "output/tables_command.h"
@@ -61,6 +62,7 @@ struct CommandLine {
   std::optional<std::filesystem::path> views_file;
   std::vector<double> distances_km;  ///< aerial, 0..1e5
   TablesOptions tables;
+  OpticsOptions optics;
   /// tradeoff; its scene and overrides are those above.
   TradeoffOptions tradeoff;
   /// fit: form and quantity, the Suns of a study that names none, and the file to write.

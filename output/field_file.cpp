@@ -266,6 +266,9 @@ std::map<std::string, std::string> field_settings(const Scene& scene) {
   if (scene.atmosphere.optical_layers) {
     settings["atmosphere.optical_layers"] = "a file of layers";  // compared layer by layer
   } else {
+    if (scene.atmosphere.profile_file) {
+      settings["atmosphere.profile_file"] = "a file of a profile";  // its medium is compared
+    }
     settings["aerosols.phase"] = mie_phase(scene) ? "mie" : "henyey-greenstein";
   }
   for (const char* table : {"volcanic_sulfate", "dust_layer"}) {
@@ -323,7 +326,7 @@ void require_same_medium(const std::string& file, FieldMedium& stored, FieldMedi
     const auto& a = *std::get<std::vector<double>*>(theirs[k].values);
     const auto& b = *std::get<std::vector<double>*>(ours[k].values);
     const std::string what = fmt::format(
-        "{}: was solved for another medium (tables or optical_layers changed since): "
+        "{}: was solved for another medium (tables, optical_layers or profile_file changed since): "
         "variable '{}'",
         file, ours[k].name);
     if (a.size() != b.size()) {

@@ -24,6 +24,7 @@
 #include "output/field_file.h"
 #include "output/fit_file.h"
 #include "output/fit_report.h"
+#include "output/optics_command.h"
 #include "output/scene_map.h"
 #include "output/sky_commands.h"
 #include "output/sky_fit.h"
@@ -101,33 +102,6 @@ void sun(Run& run) {
   };
   for (const auto& [name, time] : events)
     table.add_row({name, time ? format_offset_date_time(*time, offset_minutes) : ""});
-  table.write("-", std::cout);
-}
-
-void optics(Run& run) {
-  const SceneModel model = run.model();
-  const Medium& medium = model.medium;
-  CsvTable table({"bottom_km", "top_km", "pressure_hpa", "temperature_k",
-                  "relative_humidity_percent", "wavelength_nm", "refractive_index",
-                  "air_scattering_per_km", "aerosol_scattering_per_km", "aerosol_absorption_per_km",
-                  "aerosol_asymmetry", "gas_absorption_per_km"});
-  // A user's own layers have no state of the air.
-  const auto state = [](const std::vector<double>& values, std::size_t layer) {
-    return values.empty() ? CsvTable::Cell("") : CsvTable::Cell(values[layer]);
-  };
-  std::vector<double> humidity_percent = medium.relative_humidity;
-  for (double& percent : humidity_percent) percent *= 100.0;
-  for (std::size_t i = 0; i < medium.layers(); ++i) {
-    for (std::size_t w = 0; w < medium.wavelengths(); ++w) {
-      table.add_row({medium.boundary_km[i], medium.boundary_km[i + 1],
-                     state(medium.pressure_hpa, i), state(medium.temperature_k, i),
-                     state(humidity_percent, i), medium.wavelength_nm[w],
-                     1.0 + medium.refractivity(i, w), medium.air_scattering_per_km(i, w),
-                     medium.aerosol_scattering_per_km(i, w), medium.aerosol_absorption_per_km(i, w),
-                     medium.aerosol_asymmetry(i, w), medium.gas_absorption_per_km(i, w)});
-    }
-  }
-  run.control().check();
   table.write("-", std::cout);
 }
 

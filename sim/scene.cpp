@@ -237,9 +237,20 @@ void check_medium(const Scene& scene, Checker& check) {
       "atmosphere.profile", air.profile,
       {"us_standard", "tropical", "midlatitude_summer", "midlatitude_winter", "subarctic_summer",
        "subarctic_winter", "exponential", "scratchapixel", "scratchapixel_code", "bruneton2008"});
-  // The AFGL tables end at 120 km; a user's own layers bring their own top.
-  const bool afgl =
-      air.profile != "exponential" && !air.optical_layers && published_air_name(scene).empty();
+  if (air.profile_file) {
+    constexpr std::string_view kKey = "atmosphere.profile_file";
+    if (air.profile_file->empty()) check.fail(kKey, "= \"\": must be the path of a profile");
+    if (air.optical_layers) {
+      check.fail(kKey, "is given: must be left out where atmosphere.optical_layers is given");
+    }
+    if (!published_air_name(scene).empty()) {
+      check.fail(kKey, fmt::format("is given: must be left out where the air is that of \"{}\"",
+                                   published_air_name(scene)));
+    }
+  }
+  // The AFGL tables end at 120 km; a user's own layers and profile bring their own top.
+  const bool afgl = air.profile != "exponential" && !air.optical_layers && !air.profile_file &&
+                    published_air_name(scene).empty();
   check.range("atmosphere.top_km", air.top_km, 1.0, afgl ? 120.0 : 200.0);
   check.range("atmosphere.layers", air.layers, 1, 500);
   check.one_of("atmosphere.layer_spacing", air.layer_spacing, {"graded", "equal-air-mass", "even"});

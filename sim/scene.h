@@ -54,9 +54,13 @@ struct AtmosphereOptions {
   /// paper's exp(-h/8 km)); "scratchapixel", "scratchapixel_code" or "bruneton2008" (those models'
   /// own air, haze and Earth, see [two_constituent_air], which replace aerosols, ozone and top_km).
   std::string profile = "us_standard";
-  double top_km = 100.0;  ///< 1..120 for AFGL profiles, 1..200 for "exponential"; 100: sunlit air
-                          ///< above the zenith down to a Sun of -10 deg
-  int layers = 100;       ///< 1..500
+  /// A profile of one's own in place of `profile`, in uvspec's format
+  /// (atmosphere/uvspec_profile.h); relative to the scene file.
+  std::optional<std::string> profile_file;
+  /// 1..120 for AFGL profiles, 1..200 for "exponential", 1..its own top for profile_file; 100:
+  /// sunlit air above the zenith down to a Sun of -10 deg
+  double top_km = 100.0;
+  int layers = 100;  ///< 1..500
   /// "graded" (equal steps of the integral of density^(1/4): fine below, never
   /// coarse above), "equal-air-mass" (the paper's recursion), "even".
   std::string layer_spacing = "graded";

@@ -14,6 +14,7 @@
 
 #include "aerosols/mixture_file.h"
 #include "atmosphere/optical_layers.h"
+#include "atmosphere/uvspec_profile.h"
 #include "sim/models/fit_coefficients.h"
 #include "sim/quality.h"
 
@@ -71,8 +72,11 @@ constexpr SceneKey kKeys[] = {
      "subarctic_winter (AFGL), exponential (the paper's exp(-h/8 km)), scratchapixel, "
      "scratchapixel_code, or bruneton2008 (those models' air, haze and Earth, see "
      "[two_constituent_air])"},
+    {"atmosphere.profile_file", TWILIGHT_FIELD(atmosphere.profile_file),
+     "profile in uvspec's format (columns z, p, T, air, O3, O2, H2O, CO2, NO2, top first) in place "
+     "of profile; a relative path starts at this file's folder"},
     {"atmosphere.top_km", TWILIGHT_FIELD(atmosphere.top_km),
-     "top of the atmosphere, 1..120 km, 1..200 km for exponential"},
+     "top of the atmosphere, 1..120 km, 1..200 km for exponential, 1..its top for profile_file"},
     {"atmosphere.layers", TWILIGHT_FIELD(atmosphere.layers),
      "number of layers, 1..500"},
     {"atmosphere.layer_spacing", TWILIGHT_FIELD(atmosphere.layer_spacing),
@@ -643,6 +647,28 @@ void resolve_mixture(LoadedScene& loaded) {
   aerosols.mixture = file.string();
 }
 
+// Finds the user's profile beside the scene file and checks it whole, and that it reaches the top.
+void resolve_profile_file(LoadedScene& loaded) {
+  AtmosphereOptions& air = loaded.scene.atmosphere;
+  constexpr std::string_view kKey = "atmosphere.profile_file";
+  const std::string given = *air.profile_file;
+  std::filesystem::path file = given;
+  if (file.is_relative()) file = loaded.file.parent_path() / file;
+  file = file.lexically_normal();
+  if (given.empty() || !std::filesystem::is_regular_file(file)) {
+    throw std::invalid_argument(loaded.complaint(
+        kKey, fmt::format("= {}: must be a profile in uvspec's format; there is none at {}",
+                          toml_string(given), file.string())));
+  }
+  air.profile_file = file.string();
+  const double top_km = read_uvspec_profile(file).top_km();
+  if (air.top_km > top_km) {
+    throw std::invalid_argument(loaded.complaint(
+        "atmosphere.top_km",
+        fmt::format("= {}: must be 1..{}, the top of {}", air.top_km, top_km, file.string())));
+  }
+}
+
 // Finds a fit's coefficients beside the scene file and checks them whole; they come with their own
 // wavelengths.
 void resolve_fit(LoadedScene& loaded) {
@@ -729,6 +755,7 @@ void finish(LoadedScene& loaded, std::span<const std::string> overrides) {
   resolve_quality(loaded);
   if (loaded.scene.atmosphere.optical_layers) resolve_optical_layers(loaded);
   if (loaded.scene.aerosols.mixture) resolve_mixture(loaded);
+  if (loaded.scene.atmosphere.profile_file) resolve_profile_file(loaded);
   if (loaded.scene.solver.method.starts_with(kFitMethodPrefix)) resolve_fit(loaded);
 
   const Scene& scene = loaded.scene;
@@ -811,6 +838,7 @@ std::vector<std::pair<std::string, std::string>> scene_settings(const Scene& sce
       continue;
     }
     if (scene.aerosols.mixture && key.name == "aerosols.type") continue;
+    if (scene.atmosphere.profile_file && key.name == "atmosphere.profile") continue;
     const SceneField field = key.field(copy);
     std::string text;
     if (const auto* word = std::get_if<std::string*>(&field))

@@ -114,6 +114,7 @@ SceneModel build_scene_model(const Scene& scene, KnownPhases* known) {
     auto aerosols = scene_aerosol_layers(scene);
     AirOptions air;
     air.profile = scene.atmosphere.profile;
+    air.profile_file = scene.atmosphere.profile_file.value_or("");
     air.top_km = scene.atmosphere.top_km;
     air.layers = scene.atmosphere.layers;
     air.layer_spacing = scene.atmosphere.layer_spacing;

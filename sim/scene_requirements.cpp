@@ -445,8 +445,8 @@ bool can_leave_out(const Scene& scene, Effect effect) {
     case Effect::kOzone:
       return !own_layers && air.ozone_du.value_or(1.0) > 0;
     case Effect::kNitrogenDioxide:
-      return !own_layers &&
-             air.nitrogen_dioxide_du.value_or(air.profile == "exponential" ? 0.0 : 1.0) > 0;
+      return !own_layers && air.nitrogen_dioxide_du.value_or(
+                                air.profile == "exponential" && !air.profile_file ? 0.0 : 1.0) > 0;
     case Effect::kGroundLight:
       return scene.solver.ground_light;
     case Effect::kAirAbove80:
