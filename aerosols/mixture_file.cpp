@@ -262,12 +262,15 @@ class Reader {
     return all;
   }
 
+  fs::path beside(fs::path file) const {
+    if (file.is_relative()) file = path_.parent_path() / file;
+    return file.lexically_normal();
+  }
+
   // The file that a key names, beside this one.
   fs::path file_of(const Table& table, std::string_view key) {
     const std::string given = table.text(key).value();
-    fs::path file = given;
-    if (file.is_relative()) file = path_.parent_path() / file;
-    file = file.lexically_normal();
+    const fs::path file = beside(given);
     if (given.empty() || !fs::is_regular_file(file)) {
       table.refuse(key, fmt::format("= \"{}\": must name a file; there is none at {}", given,
                                     file.string()));
@@ -307,8 +310,19 @@ class Reader {
          {"lognormal", "size_distribution", "refractive_index", "density_g_cm3", "growth"}) {
       if (table.has(key)) table.refuse(key, "must not be given together with 'optics'");
     }
-    const fs::path file = file_of(table, "optics");
-    const std::string content = read_whole(file);
+    // OPAC's files stand under one name without the digits of their humidities.
+    const fs::path stem = beside(table.text("optics").value_or(""));
+    std::string content;
+    const auto take = [&](const fs::path& part) {
+      content += read_whole(part);
+      result_.files.push_back(part);
+    };
+    for (const char* humidity : {"00", "50", "70", "80", "90", "95", "98", "99"}) {
+      const fs::path part = stem.string() + humidity;
+      if (!fs::is_regular_file(stem) && fs::is_regular_file(part)) take(part);
+    }
+    const fs::path file = content.empty() ? file_of(table, "optics") : stem;
+    if (content.empty()) content = read_whole(file);
     ParticleOptics optics = read_particle_optics(file);
     return placed(table, [&] {
       return table_component(std::move(optics), fmt::format("{} {:x}", file.string(),
@@ -338,10 +352,17 @@ class Reader {
       table.refuse("must have either 'lognormal' or 'size_distribution'; or 'optics'");
     }
     if (table.has("size_distribution")) {
-      const fs::path file = file_of(table, "size_distribution");
-      m.sizes = read_size_distribution(file).per_particle();
+      const auto with_row = table.toml().get("size_distribution")->is_table()
+                                ? table.table("size_distribution")
+                                : std::nullopt;
+      if (with_row) with_row->allow({"file", "row"});
+      if (with_row && !with_row->has("file")) with_row->refuse("must have 'file'");
+      const fs::path file =
+          with_row ? file_of(*with_row, "file") : file_of(table, "size_distribution");
+      const std::string row = with_row ? with_row->text("row").value_or("average") : "average";
+      m.sizes = read_size_distribution(file, row).per_particle();
       m.sizes_text =
-          fmt::format("{} {:x}", file.string(), std::hash<std::string>{}(read_whole(file)));
+          fmt::format("{} {} {:x}", file.string(), row, std::hash<std::string>{}(read_whole(file)));
       return;
     }
     const Table sizes = table.table("lognormal").value();

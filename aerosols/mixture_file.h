@@ -21,12 +21,14 @@ struct MixtureFile {
 ///   name = "smoke"                 # letters, digits, _ and -; none of OPAC's
 ///   lognormal = { mode_radius_um = 0.08, geometric_deviation = 1.6,
 ///                 smallest_radius_um = 0.005, largest_radius_um = 5 }  # dry radii
-///   size_distribution = "sizes.csv"      # in place of lognormal (read_size_distribution_file)
+///   size_distribution = "sizes.csv"      # in place of lognormal (read_size_distribution); or
+///                                        # { file = "dubovik.siz", row = "average" }
 ///   refractive_index = "smoke.csv"       # wavelength_nm,n,k; or { wavelength_nm = [], n = [],
 ///                                        # k = [] }: of the dry matter, linear between
 ///   density_g_cm3 = 1.3                  # of the dry matter, for mass loads
 ///   growth = { humidity_percent = [0, 80, 99], radius_growth_factor = [1, 1.4, 2.5] }
-///   optics = "smoke.nc"            # in place of all but name (read_particle_optics)
+///   optics = "smoke.nc"            # in place of all but name (read_particle_optics); OPAC's files
+///                                  # of all humidities without their digits, "optdat/waso"
 ///
 ///   [[layer]]                      # one or more
 ///   bottom_km = 0                  # bottom and top, 0..200 ...

@@ -125,8 +125,6 @@ void write_particles_netcdf(const ParticleOptics& optics, const std::filesystem:
   constexpr auto kDouble = NetcdfNumber::kDouble;
   file.variable("relative_humidity", kDouble, {"relative_humidity"},
                 {"percent", "relative humidity over liquid water", "relative_humidity"});
-  file.variable("wavelength", kDouble, {"wavelength"},
-                {"nm", "wavelength in vacuum", "radiation_wavelength"});
   // Coefficients per particle or mass are no volume coefficients in air: CF has no name for them.
   const std::vector<std::string> state = {"relative_humidity", "wavelength"};
   file.variable("extinction_coefficient", kDouble, state, {unit, "extinction coefficient", ""});
@@ -143,6 +141,9 @@ void write_particles_netcdf(const ParticleOptics& optics, const std::filesystem:
     define_angles(file, angles.size());
     define_matrix(file, state);
   }
+  // The last in the file: one cut short reads as zeros, which are no wavelengths.
+  file.variable("wavelength", kDouble, {"wavelength"},
+                {"nm", "wavelength in vacuum", "radiation_wavelength"});
   file.end_definitions();
   file.put("relative_humidity", optics.relative_humidity_percent);
   file.put("wavelength", optics.wavelength_nm);
@@ -306,14 +307,14 @@ void write_scene_netcdf(const SceneModel& model, const std::filesystem::path& pa
   constexpr auto kDouble = NetcdfNumber::kDouble;
   describe(file, "optical properties of an atmosphere in layers", history);
   file.attribute("", "earth_radius_km", m.earth_radius_km);
-  file.dimension("altitude", m.layers());
+  file.dimension("height", m.layers());
   file.dimension("wavelength", m.wavelengths());
   file.dimension("bounds", 2);
-  file.variable("altitude", kDouble, {"altitude"},
+  file.variable("height", kDouble, {"height"},
                 {"km", "middle of the layer above the ground", "height"});
-  file.attribute("altitude", "positive", "up");
-  file.attribute("altitude", "bounds", "altitude_bounds");
-  file.variable("altitude_bounds", kDouble, {"altitude", "bounds"}, {});
+  file.attribute("height", "positive", "up");
+  file.attribute("height", "bounds", "height_bounds");
+  file.variable("height_bounds", kDouble, {"height", "bounds"}, {});
   file.variable("wavelength", kDouble, {"wavelength"},
                 {"nm", "wavelength in vacuum", "radiation_wavelength"});
   const std::pair<const std::vector<double>*, std::pair<const char*, NetcdfMeaning>> states[] = {
@@ -322,10 +323,10 @@ void write_scene_netcdf(const SceneModel& model, const std::filesystem::path& pa
       {&m.relative_humidity,
        {"relative_humidity", {"1", "relative humidity over liquid water", "relative_humidity"}}}};
   for (const auto& [values, named] : states) {
-    if (!values->empty()) file.variable(named.first, kDouble, {"altitude"}, named.second);
+    if (!values->empty()) file.variable(named.first, kDouble, {"height"}, named.second);
   }
   for (const LayerQuantity& q : layer_quantities()) {
-    file.variable(q.name, kDouble, {"altitude", "wavelength"}, q.meaning);
+    file.variable(q.name, kDouble, {"height", "wavelength"}, q.meaning);
   }
   for (const ColumnQuantity& q : column_quantities()) {
     file.variable(q.name, kDouble, {"wavelength"}, q.meaning);
@@ -339,7 +340,7 @@ void write_scene_netcdf(const SceneModel& model, const std::filesystem::path& pa
     file.attribute("", "aerosol_phase", "Henyey-Greenstein with aerosol_asymmetry");
   } else {
     file.dimension("aerosol_kind", m.aerosol_phase.size());
-    file.variable("aerosol_kind_scattering", kDouble, {"aerosol_kind", "altitude", "wavelength"},
+    file.variable("aerosol_kind_scattering", kDouble, {"aerosol_kind", "height", "wavelength"},
                   {"km-1", "scattering coefficient of one kind of aerosol", ""});
     define_angles(file, angles.size());
     define_matrix(file, {"aerosol_kind", "wavelength"});
@@ -351,8 +352,8 @@ void write_scene_netcdf(const SceneModel& model, const std::filesystem::path& pa
     middle.push_back(0.5 * (m.boundary_km[i] + m.boundary_km[i + 1]));
     bounds.insert(bounds.end(), {m.boundary_km[i], m.boundary_km[i + 1]});
   }
-  file.put("altitude", middle);
-  file.put("altitude_bounds", bounds);
+  file.put("height", middle);
+  file.put("height_bounds", bounds);
   file.put("wavelength", m.wavelength_nm);
   file.put("depolarisation", m.depolarisation);
   for (const auto& [values, named] : states) {

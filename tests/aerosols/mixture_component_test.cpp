@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "aerosols/component_table.h"
 #include "aerosols/height_profile.h"
 #include "aerosols/known_phases.h"
 #include "aerosols/mixtures.h"
@@ -163,6 +164,30 @@ TEST(MixtureComponent, TablesWithoutMatricesScatterAfterHenyeyAndGreenstein) {
   EXPECT_EQ(own.angle_rad.size(), phase_angles_rad().size());
   EXPECT_NEAR(phase_normalisation(own), 1, 1e-12);
   EXPECT_NEAR(own.p11[100], 1, 1e-12);
+}
+
+// A component's table taken as if it came from elsewhere is the component: exactly at its
+// wavelengths, and at any humidity.
+TEST(MixtureComponent, OpacsComponentAsATableIsTheComponent) {
+  const std::vector<double> nm = {440, 550, 700};
+  const auto opac = opac_component(AerosolComponent::kWaterSoluble);
+  const auto table =
+      table_component(component_table(AerosolComponent::kWaterSoluble, nm), "as a table");
+  KnownPhases known;
+  for (const double humidity : {0.0, 30.0, 80.0, 93.0}) {
+    const MixtureOptics a = known.optics(of(opac, humidity), nm);
+    const MixtureOptics b = known.optics(of(table, humidity), nm);
+    const Mixture both[] = {of(opac, humidity), of(table, humidity)};
+    const auto phases = known.phases(both, nm);
+    for (std::size_t w = 0; w < nm.size(); ++w) {
+      EXPECT_NEAR(b.scattering_per_km[w] / a.scattering_per_km[w], 1, 1e-12);
+      EXPECT_NEAR(b.absorption_per_km[w] / a.absorption_per_km[w], 1, 1e-12);
+      EXPECT_NEAR(b.asymmetry[w], a.asymmetry[w], 1e-12);
+      for (std::size_t i = 0; i < phases[0][w].p11.size(); ++i) {
+        ASSERT_NEAR(phases[1][w].p11[i], phases[0][w].p11[i], 1e-10 * phases[0][w].p11[i]);
+      }
+    }
+  }
 }
 
 TEST(MixtureComponent, RefusesWhatItCannotHold) {

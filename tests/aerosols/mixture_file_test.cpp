@@ -1,5 +1,6 @@
 #include "aerosols/mixture_file.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -104,6 +105,40 @@ TEST(MixtureFile, IndexMayBeAFileBesideIt) {
   EXPECT_DOUBLE_EQ(a->spheres(0, 600).index.real(), 1.45);
   EXPECT_DOUBLE_EQ(a->spheres(0, 600).index.imag(), -0.005);
   EXPECT_THROW(a->spheres(0, 950), std::invalid_argument);
+}
+
+// The volume distribution of a lognormal mode, tabulated: the mode. A measured distribution counts
+// all of its particles; a lognormal one is cut without renormalising, here by 1e-9.
+TEST(MixtureFile, MeasuredSizesAreTheModeTheyTabulate) {
+  const TemporaryFolder folder;
+  const LognormalSizeDistribution mode{0.1, 1.6, 0.01, 5};
+  std::string csv = "radius_um,dV_dlnr\n";
+  for (int i = 0; i <= 300; ++i) {
+    const double r = 0.0101 * std::pow(4.9 / 0.0101, i / 300.0);
+    csv += std::to_string(r) + "," + fmt::format("{}", r * r * r * mode.per_log_radius(r)) + "\n";
+  }
+  folder.write("sizes.csv", csv);
+  const std::string tail =
+      kIndex + "[[layer]]\nbottom_km=0\ntop_km=1\nnumber_per_cm3 = {smoke = 1}\n";
+  const std::string head = "[[component]]\nname = \"smoke\"\n";
+  const MixtureFile measured = read_mixture_file(
+      folder.write("a.toml", head + "size_distribution = \"sizes.csv\"\n" + tail));
+  const MixtureFile with_row = read_mixture_file(folder.write(
+      "b.toml", head + "size_distribution = {file = \"sizes.csv\", row = \"1\"}\n" + tail));
+  const MixtureFile lognormal = read_mixture_file(folder.write("c.toml", head + kSizes + tail));
+  EXPECT_EQ(measured.files.size(), 2u);
+  KnownPhases known;
+  const std::vector<double> nm = {450, 800};
+  const auto optics = [&](const MixtureFile& file) {
+    return known.optics({file.layers[0].amounts, 0}, nm);
+  };
+  const MixtureOptics a = optics(measured), b = optics(with_row), c = optics(lognormal);
+  for (std::size_t w = 0; w < nm.size(); ++w) {
+    EXPECT_EQ(a.scattering_per_km[w], b.scattering_per_km[w]);
+    EXPECT_NEAR(a.scattering_per_km[w] / c.scattering_per_km[w], 1, 0.002);
+    EXPECT_NEAR(a.absorption_per_km[w] / c.absorption_per_km[w], 1, 0.002);
+    EXPECT_NEAR(a.asymmetry[w], c.asymmetry[w], 0.001);
+  }
 }
 
 struct BadFile {

@@ -373,6 +373,44 @@ Scene coarse_orders(double sun_deg) {
   return scene;
 }
 
+// What one scene computed serves another without changing a bit.
+TEST_F(MixtureScene, KnownPhasesChangeNothing) {
+  KnownPhases known;
+  Scene other = hazy_scene();
+  other.aerosols.relative_humidity_percent = 75;
+  build_scene_model(other, &known);
+  const std::size_t held = known.size();
+  Scene scene = hazy_scene();
+  scene.aerosols.relative_humidity_percent = 72;  // between the same classes
+  const Medium shared = build_scene_model(scene, &known).medium;
+  EXPECT_EQ(known.size(), held);
+  const Medium own = build_scene_model(scene).medium;
+  ASSERT_EQ(shared.aerosol_phase.size(), own.aerosol_phase.size());
+  for (std::size_t k = 0; k < own.aerosol_phase.size(); ++k) {
+    for (std::size_t w = 0; w < own.wavelengths(); ++w) {
+      EXPECT_EQ(shared.aerosol_phase[k][w].p11, own.aerosol_phase[k][w].p11);
+      EXPECT_EQ(shared.aerosol_phase[k][w].p34, own.aerosol_phase[k][w].p34);
+    }
+  }
+}
+
+// The shipped example, own component and all, by three methods.
+TEST(ExampleMixture, GivesASkyByEveryMethod) {
+  KnownPhases known;
+  for (const char* method : {"orders", "cells", "monte-carlo"}) {
+    Scene scene = coarse_orders(4);
+    scene.solver.method = method;
+    if (scene.solver.method == "cells") scene.solver.scattering_orders = 3;
+    scene.solver.photons = 200;
+    scene.aerosols.mixture = TWILIGHT_CONFIGS "/mixture_smoke.toml";
+    const Medium m = build_scene_model(scene, &known).medium;
+    EXPECT_NEAR(depth(m, 1, 2.5, 5.5), 0.25, 0.02);  // the plume, and some background
+    for (const double radiance : towards_the_sun(scene, {10, 40}, known)) {
+      EXPECT_TRUE(std::isfinite(radiance) && radiance > 0) << method;
+    }
+  }
+}
+
 // Droplets above the shadow still see the red Sun when the air below them is dark: the sky some 20
 // degrees above it turns red against blue (Lee & Hernandez-Andres 2003, Appl. Opt. 42, 445).
 TEST(AddedLayers, VolcanicDropletsMakeThePurpleLight) {
