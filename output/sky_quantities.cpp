@@ -14,12 +14,12 @@
 #include <utility>
 
 #include "output/colour_temperature.h"
-#include "output/hemisphere.h"
 #include "output/photometry.h"
 #include "output/scene_colour.h"
 #include "output/scene_map.h"
 #include "output/twilight_duration.h"
 #include "output/ubvri.h"
+#include "sim/relative_difference.h"
 #include "solar/solar_spectrum.h"
 #include "solar/twilight_events.h"
 
@@ -320,8 +320,8 @@ StudyCoordinate pixels_of(const char* name, const char* what, int count) {
 std::vector<ViewDirection> polarisation_views(double sun_elevation_rad) {
   constexpr double kLowest_rad = 2 * kRadPerDeg, kStep_rad = 2 * kRadPerDeg;
   std::vector<ViewDirection> views;
-  for (const WeightedView& v : hemisphere_views()) {
-    if (v.direction.elevation_rad >= kLowest_rad) views.push_back(v.direction);
+  for (const ViewDirection& v : coarse_hemisphere(6, 5).views) {
+    if (v.elevation_rad >= kLowest_rad) views.push_back(v);
   }
   // The Sun's vertical about a right angle from the Sun, beyond the zenith for one above the
   // horizon: there the light scattered once by air is most polarised.

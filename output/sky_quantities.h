@@ -30,9 +30,9 @@ std::vector<StudyQuantity> observe(const Sky& sky, const SceneModel& model,
                                    const WantedQuantities& wanted, const RunControl& control = {});
 
 /// The views whose largest degree of polarisation observe() gives, for a Sun at a geometric
-/// elevation (rad): hemisphere_views() from 2 degrees up and, in steps of 2 degrees, the Sun's
-/// vertical about a right angle from the Sun. The maximum of a single scattering sky is within 0.1
-/// %.
+/// elevation (rad): 30 views over the hemisphere and, in steps of 2 degrees, the Sun's vertical
+/// about a right angle from the Sun, none below 2 degrees. The largest of a sky scattered once is
+/// within 0.1 % (SkyQuantities.LightScatteredOnceAtARightAngleIsPolarisedWholly).
 std::vector<ViewDirection> polarisation_views(double sun_elevation_rad);
 
 /// The sky in colour as render_map shows it in the scene's projection, `picture_size` pixels high,
