@@ -6,6 +6,7 @@
 
 #include "output/sky_image.h"
 #include "output/study_results.h"
+#include "output/twilight_duration.h"
 #include "output/wanted_quantities.h"
 #include "sim/run_control.h"
 #include "sim/scene.h"
@@ -25,9 +26,11 @@ std::vector<StudyCoordinate> quantity_coordinates(const WantedQuantities& wanted
 /// measures". Every one has the same name, dimensions and size for every case of a study; what the
 /// sky or its method does not tell (polarisation of a scalar solver, the colour of darkness, a band
 /// outside the wavelengths) is NaN. Throws as Sky's functions do, std::logic_error if the sky
-/// returns a value that is negative or not finite, Cancelled when told to stop.
+/// returns a value that is negative or not finite, Cancelled when told to stop. `known` saves
+/// skies of one air the search for the depressions of twilight.
 std::vector<StudyQuantity> observe(const Sky& sky, const SceneModel& model,
-                                   const WantedQuantities& wanted, const RunControl& control = {});
+                                   const WantedQuantities& wanted, const RunControl& control = {},
+                                   KnownTwilight* known = nullptr);
 
 /// The views whose largest degree of polarisation observe() gives, for a Sun at a geometric
 /// elevation (rad): 30 views over the hemisphere and, in steps of 2 degrees, the Sun's vertical

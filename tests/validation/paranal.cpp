@@ -46,7 +46,7 @@ Scene paranal_scene(const Settings& settings) {
   Scene scene;
   scene.observer.height_m = 2635;
   scene.aerosols.type = "continental_clean";  // above 2 km: the free troposphere's
-  scene.spectrum.wavelengths_nm = {315, 340, 365, 390, 415, 445, 480, 520,
+  scene.spectrum.wavelengths_nm = {312, 340, 365, 390, 415, 445, 480, 520,
                                    560, 600, 650, 700, 750, 800, 850, 900};
   if (settings.quick) {
     scene.spectrum.wavelengths_nm = {380, 410, 445, 480, 520, 570, 620, 690};  // B and V
@@ -56,42 +56,49 @@ Scene paranal_scene(const Settings& settings) {
   return scene;
 }
 
-std::vector<Check> paranal(const Settings& settings) {
-  const Stopwatch watch;
+// Magnitudes under every Sun; NaN of bands that are not measured.
+std::vector<UbvriValues> zeniths(const Settings& settings) {
   SkySequence skies(with_overrides(paranal_scene(settings), settings));
-  CsvTable table({"band", "sun_deg", "orders_mag", "orders_and_dark_sky_mag", "measured_mag"});
-  std::vector<PlotSeries> plot;
-  double worst = 0, sum = 0;
-  std::size_t count = 0;
-  std::string by_band;
-  std::vector<std::vector<double>> magnitudes;
+  std::vector<UbvriValues> magnitudes;
   for (const double sun_deg : kSuns_deg) {
     const OrdersSky& sky = skies.under(sun_deg);
     const UbvriIntegrator bands(sky.wavelength_nm(), [&](double nm) {
       return solar_irradiance_w_m2_nm(skies.model().scene.sun.spectrum, nm);
     });
     const ViewDirection zenith[] = {{std::numbers::pi / 2, 0}};
-    const UbvriValues m = bands.surface_brightness(sky.radiance(zenith), sky.solar_irradiance());
-    magnitudes.emplace_back(m.begin(), m.end());
+    magnitudes.push_back(bands.surface_brightness(sky.radiance(zenith), sky.solar_irradiance()));
   }
+  return magnitudes;
+}
+
+std::vector<Check> paranal(const Settings& settings) {
+  const Stopwatch watch;
+  const std::vector<UbvriValues> magnitudes = zeniths(settings);
+  CsvTable table({"band", "sun_deg", "orders_mag", "orders_and_dark_sky_mag", "measured_mag"});
+  std::vector<PlotSeries> plot;
+  // R and I hold bands of water vapour and oxygen, which our air leaves out: reported, no bar.
+  constexpr std::size_t kFirstWithoutBar = 3;
+  std::string barred, reported;
+  double worst = 0;
   for (std::size_t b = 0; b < std::size(kBands); ++b) {
     if (!std::isfinite(magnitudes[0][b])) continue;
     PlotSeries measured{.label = fmt::format("{}, measured", kUbvriBands[b]), .dots = true};
     PlotSeries ours{.label = fmt::format("{}, orders", kUbvriBands[b])};
     measured.colour = ours.colour = series_colour(b);
-    double mean = 0;
+    double mean = 0, largest = 0;
     for (std::size_t s = 0; s < std::size(kSuns_deg); ++s) {
       const double sun_deg = kSuns_deg[s], here = magnitudes[s][b];
       const double seen = with_dark_sky(here, kBands[b].dark), fit = kBands[b].at(sun_deg);
       table.add_row({std::string(kUbvriBands[b]), sun_deg, here, seen, fit});
       measured.points.emplace_back(sun_deg, fit);
       ours.points.emplace_back(sun_deg, seen);
-      worst = std::max(worst, std::abs(seen - fit));
+      largest = std::max(largest, std::abs(seen - fit));
       mean += (seen - fit) / static_cast<double>(std::size(kSuns_deg));
-      sum += seen - fit;
-      ++count;
     }
-    by_band += fmt::format(", {} {:+.2f} (sigma {:.2f})", kUbvriBands[b], mean, kBands[b].sigma);
+    std::string& text = b < kFirstWithoutBar ? barred : reported;
+    text += fmt::format("{}{} mean {:+.2f}, largest {:.2f} (sigma {:.2f})",
+                        text.empty() ? "" : "; ", kUbvriBands[b], mean, largest, kBands[b].sigma);
+    if (b < kFirstWithoutBar) worst = std::max(worst, largest);
     plot.push_back(measured);
     plot.push_back(ours);
   }
@@ -101,11 +108,14 @@ std::vector<Check> paranal(const Settings& settings) {
                    {.label = "geometric elevation of the Sun, deg"}, {.label = "mag arcsec-2"},
                    plot);
   }
-  return {{"Patat et al. 2006, Cerro Paranal, zenith, Sun -5 to -11",
-           fmt::format("every magnitude within {}", kBar_mag),
-           fmt::format("mean {:+.2f} mag, worst {:.2f}; mean by band{}",
-                       sum / static_cast<double>(count), worst, by_band.substr(1)),
-           worst <= kBar_mag, watch.seconds()}};
+  std::vector<Check> checks = {{"Patat et al. 2006, Cerro Paranal, zenith, Sun -5 to -11",
+                                fmt::format("every magnitude within {}", kBar_mag), barred,
+                                worst <= kBar_mag, watch.seconds()}};
+  if (!reported.empty()) {
+    checks.push_back(
+        {"the same, R and I (no water vapour and oxygen in our air)", "-", reported, true, 0});
+  }
+  return checks;
 }
 
 }  // namespace
