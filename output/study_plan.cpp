@@ -265,10 +265,30 @@ std::vector<std::size_t> shard_cases(const StudyPlan& plan, std::size_t index, s
   return chosen;
 }
 
+namespace {
+
+// Processor seconds of what is measured of a solved sky, on the machine of the cost model's
+// constants.
+double look_seconds(const WantedQuantities& wanted, const Scene& scene) {
+  constexpr double kViewSeconds = 1.2e-3, kMapSeconds = 0.2;  // per 8 wavelengths
+  constexpr double kIrradianceViews = 384, kDurationSuns = 10;
+  const bool irradiance = wanted.wants(SkyQuantity::kIrradiance) ||
+                          wanted.wants(SkyQuantity::kIlluminance) ||
+                          wanted.wants(SkyQuantity::kChromaticity);
+  double views = static_cast<double>(wanted.views.size());
+  if (irradiance) views += kIrradianceViews;
+  if (wanted.wants(SkyQuantity::kTwilightDuration)) views += kDurationSuns * kIrradianceViews;
+  if (wanted.wants(SkyQuantity::kPolarisation)) {
+    views += static_cast<double>(polarisation_views(0).size());
+  }
+  const bool map = wanted.wants(SkyQuantity::kTexture) || wanted.picture_size > 0;
+  const double wavelengths = static_cast<double>(solved_wavelengths_nm(scene.spectrum).size());
+  return std::ceil(wavelengths / 8) * (views * kViewSeconds + (map ? kMapSeconds : 0));
+}
+
+}  // namespace
+
 StudyCost predict_study(const StudyPlan& plan, std::span<const std::size_t> cases) {
-  // Of what is measured of a solved sky: processor seconds per 8 wavelengths, a map's table and
-  // the irradiance's quadrature.
-  constexpr double kLookSeconds = 0.6;
   StudyCost cost;
   const double slowness = machine_slowness();
   std::set<std::size_t> solved;
@@ -281,8 +301,7 @@ StudyCost predict_study(const StudyPlan& plan, std::span<const std::size_t> case
       cost.known = false;
       continue;
     }
-    const double wavelengths = static_cast<double>(solved_wavelengths_nm(scene.spectrum).size());
-    const double look = kLookSeconds * std::ceil(wavelengths / 8);
+    const double look = plan.groups[g].shares ? look_seconds(plan.wanted, scene) : 0;
     const double seconds = look + (shared ? 0 : run.reference_seconds);
     cost.seconds += wall_seconds(seconds * slowness, scene);
     cost.peak_bytes = std::max(cost.peak_bytes, run.peak_bytes);
