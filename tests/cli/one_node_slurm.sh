@@ -86,6 +86,7 @@ done
 user=$(id -un)
 node=$(hostname -s)
 processors=$(nproc)
+memory_mib=$(awk '/^MemTotal:/ { print int($2 / 1024) }' /proc/meminfo)
 mkdir "$folder"/{state,spool}
 cat >"$folder/slurm.conf" <<END
 ClusterName=onenode
@@ -101,7 +102,8 @@ SlurmdPidFile=$folder/slurmd.pid
 SlurmctldLogFile=$folder/slurmctld.log
 SlurmdLogFile=$folder/slurmd.log
 AuthType=auth/munge
-AuthInfo=socket=$folder/munge.socket
+# cred_expire: how long a requeued job waits.
+AuthInfo=socket=$folder/munge.socket,cred_expire=5
 CredType=cred/munge
 # No control groups: containers and users may not make any.
 ProctrackType=proctrack/linuxproc
@@ -115,13 +117,12 @@ MailProg=/bin/true
 SelectType=select/cons_tres
 SelectTypeParameters=CR_CPU
 SlurmdParameters=config_overrides
-SchedulerParameters=batch_sched_delay=0,sched_min_interval=0,requeue_delay=0
-SchedulerTimeSlice=5
+SchedulerParameters=batch_sched_delay=0,sched_min_interval=0
 ReturnToService=2
 KillWait=2
 UnkillableStepTimeout=10
 JobRequeue=1
-NodeName=$node NodeAddr=127.0.0.1 CPUs=$processors State=UNKNOWN
+NodeName=$node NodeAddr=127.0.0.1 CPUs=$processors RealMemory=$memory_mib State=UNKNOWN
 PartitionName=all Nodes=ALL Default=YES MaxTime=INFINITE State=UP
 END
 # slurmd loads a plugin all the same. From 23.02 on there is one that does nothing; that of version
