@@ -28,4 +28,19 @@ std::string fnv1a64_of_files(std::span<const std::filesystem::path> files) {
   return fnv1a64(content);
 }
 
+std::string fnv1a128(std::string_view text) {
+  // The prime is 2^88 + 0x13b: a product modulo 2^128 is a shift and a small product.
+  std::uint64_t high = 0x6c62272e07bb0142ULL, low = 0x62b821756295c58dULL;
+  constexpr std::uint64_t kSmall = 0x13b;
+  for (const char c : text) {
+    low ^= static_cast<unsigned char>(c);
+    const std::uint64_t lower = (low & 0xffffffffULL) * kSmall;
+    const std::uint64_t upper = (low >> 32) * kSmall + (lower >> 32);
+    const std::uint64_t carry = upper >> 32;
+    high = high * kSmall + carry + (low << 24);
+    low = (upper << 32) | (lower & 0xffffffffULL);
+  }
+  return fmt::format("{:016x}{:016x}", high, low);
+}
+
 }  // namespace twilight

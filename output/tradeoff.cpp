@@ -45,7 +45,8 @@ std::string files_of(const Scene& scene) {
   for (const auto& file : {scene.atmosphere.optical_layers, scene.atmosphere.profile_file}) {
     if (file) all += whole_file(*file);
   }
-  for (const fs::path& file : aerosol_files(scene)) all += whole_file(file);
+  const std::vector<fs::path> mixture = aerosol_files(scene);
+  if (!mixture.empty()) all += fnv1a64_of_files(mixture);
   return all;
 }
 

@@ -620,6 +620,28 @@ void resolve_optical_layers(LoadedScene& loaded) {
   if (!scene.atmosphere.depolarisation) scene.atmosphere.depolarisation = 0.0;
 }
 
+// Finds the user's profile beside the scene file and checks it whole, and that it reaches the top.
+void resolve_profile_file(LoadedScene& loaded) {
+  AtmosphereOptions& air = loaded.scene.atmosphere;
+  constexpr std::string_view kKey = "atmosphere.profile_file";
+  const std::string given = *air.profile_file;
+  std::filesystem::path file = given;
+  if (file.is_relative()) file = loaded.file.parent_path() / file;
+  file = file.lexically_normal();
+  if (given.empty() || !std::filesystem::is_regular_file(file)) {
+    throw std::invalid_argument(loaded.complaint(
+        kKey, fmt::format("= {}: must be a profile in uvspec's format; there is none at {}",
+                          toml_string(given), file.string())));
+  }
+  air.profile_file = file.string();
+  const double top_km = read_uvspec_profile(file).top_km();
+  if (air.top_km > top_km) {
+    throw std::invalid_argument(loaded.complaint(
+        "atmosphere.top_km",
+        fmt::format("= {}: must be 1..{}, the top of {}", air.top_km, top_km, file.string())));
+  }
+}
+
 bool overridden(const LoadedScene& loaded, std::string_view key) {
   const auto it = loaded.origin.find(key);
   return it != loaded.origin.end() && it->second.starts_with(kOverride);
@@ -645,28 +667,6 @@ void resolve_mixture(LoadedScene& loaded) {
   }
   read_mixture_file(file);
   aerosols.mixture = file.string();
-}
-
-// Finds the user's profile beside the scene file and checks it whole, and that it reaches the top.
-void resolve_profile_file(LoadedScene& loaded) {
-  AtmosphereOptions& air = loaded.scene.atmosphere;
-  constexpr std::string_view kKey = "atmosphere.profile_file";
-  const std::string given = *air.profile_file;
-  std::filesystem::path file = given;
-  if (file.is_relative()) file = loaded.file.parent_path() / file;
-  file = file.lexically_normal();
-  if (given.empty() || !std::filesystem::is_regular_file(file)) {
-    throw std::invalid_argument(loaded.complaint(
-        kKey, fmt::format("= {}: must be a profile in uvspec's format; there is none at {}",
-                          toml_string(given), file.string())));
-  }
-  air.profile_file = file.string();
-  const double top_km = read_uvspec_profile(file).top_km();
-  if (air.top_km > top_km) {
-    throw std::invalid_argument(loaded.complaint(
-        "atmosphere.top_km",
-        fmt::format("= {}: must be 1..{}, the top of {}", air.top_km, top_km, file.string())));
-  }
 }
 
 // Finds a fit's coefficients beside the scene file and checks them whole; they come with their own
@@ -754,8 +754,8 @@ void finish(LoadedScene& loaded, std::span<const std::string> overrides) {
   for (const std::string& assignment : overrides) apply_override(loaded, assignment);
   resolve_quality(loaded);
   if (loaded.scene.atmosphere.optical_layers) resolve_optical_layers(loaded);
-  if (loaded.scene.aerosols.mixture) resolve_mixture(loaded);
   if (loaded.scene.atmosphere.profile_file) resolve_profile_file(loaded);
+  if (loaded.scene.aerosols.mixture) resolve_mixture(loaded);
   if (loaded.scene.solver.method.starts_with(kFitMethodPrefix)) resolve_fit(loaded);
 
   const Scene& scene = loaded.scene;
@@ -783,11 +783,34 @@ std::string suggested_key(std::string_view unknown) { return suggestion(unknown)
 
 LoadedScene load_scene(const std::filesystem::path& file, std::span<const std::string> overrides,
                        std::span<const std::string_view> not_of_scene) {
-  LoadedScene loaded;
-  loaded.file = file;
-  read_file(loaded, not_of_scene);
+  return SceneSource(file, not_of_scene).with(overrides);
+}
+
+SceneSource::SceneSource(const std::filesystem::path& file,
+                         std::span<const std::string_view> not_of_scene) {
+  read_.file = file;
+  read_file(read_, not_of_scene);
+}
+
+LoadedScene SceneSource::with(std::span<const std::string> overrides) const {
+  LoadedScene loaded = read_;
   finish(loaded, overrides);
   return loaded;
+}
+
+SceneSource SceneSource::without(std::span<const std::string_view> keys) const {
+  SceneSource rest = *this;
+  for (const std::string_view name : keys) {
+    std::visit(
+        [](auto* value) {
+          if constexpr (requires { value->reset(); }) value->reset();
+        },
+        find_key(name)->field(rest.read_.scene));
+    if (const auto said = rest.read_.origin.find(name); said != rest.read_.origin.end()) {
+      rest.read_.origin.erase(said);
+    }
+  }
+  return rest;
 }
 
 LoadedScene load_scene_text(const std::string& toml, const std::filesystem::path& name,
@@ -837,8 +860,8 @@ std::vector<std::pair<std::string, std::string>> scene_settings(const Scene& sce
         std::ranges::find(kStillUsed, key.name) == std::end(kStillUsed)) {
       continue;
     }
-    if (scene.aerosols.mixture && key.name == "aerosols.type") continue;
     if (scene.atmosphere.profile_file && key.name == "atmosphere.profile") continue;
+    if (scene.aerosols.mixture && key.name == "aerosols.type") continue;
     const SceneField field = key.field(copy);
     std::string text;
     if (const auto* word = std::get_if<std::string*>(&field))

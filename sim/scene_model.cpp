@@ -71,26 +71,38 @@ const std::vector<double>& solved_wavelengths_nm(const SpectrumOptions& spectrum
   return spectrum.solved_nm.empty() ? spectrum.wavelengths_nm : spectrum.solved_nm;
 }
 
+PlacedSun placed_sun(const Scene& scene) {
+  PlacedSun placed;
+  placed.earth_radius_km = scene.earth.radius_km.value_or(kMeanEarthRadiusKm);
+  if (scene.observer.time) {
+    // From orbit the Sun stands where it stands from this height, to 1 arc minute (parallax).
+    const Place place{*scene.observer.latitude_deg, *scene.observer.longitude_deg,
+                      std::min(scene.observer.height_m, kHighestPlaceM)};
+    const SunPosition sun = sun_position(place, parse_offset_date_time(*scene.observer.time));
+    placed.elevation_rad = sun.elevation_deg * kRadPerDeg;
+    placed.azimuth_rad = sun.azimuth_deg * kRadPerDeg;
+    placed.distance_au = sun.distance_au;
+    if (!scene.earth.radius_km) {
+      placed.earth_radius_km = radius_of_curvature_km(place, sun.azimuth_deg);
+    }
+  } else {
+    placed.elevation_rad = *scene.sun.elevation_deg * kRadPerDeg;
+    placed.azimuth_rad = scene.sun.azimuth_deg * kRadPerDeg;
+  }
+  return placed;
+}
+
 SceneModel build_scene_model(const Scene& scene, KnownPhases* known) {
   if (const auto problem = validate(scene)) {
     throw std::invalid_argument("key '" + problem->key + "' " + problem->message);
   }
   SceneModel model;
   model.scene = scene;
-  double radius_km = scene.earth.radius_km.value_or(kMeanEarthRadiusKm);
-  if (scene.observer.time) {
-    // From orbit the Sun stands where it stands from this height, to 1 arc minute (parallax).
-    const Place place{*scene.observer.latitude_deg, *scene.observer.longitude_deg,
-                      std::min(scene.observer.height_m, kHighestPlaceM)};
-    const SunPosition sun = sun_position(place, parse_offset_date_time(*scene.observer.time));
-    model.sun_elevation_rad = sun.elevation_deg * kRadPerDeg;
-    model.sun_azimuth_rad = sun.azimuth_deg * kRadPerDeg;
-    model.sun_distance_au = sun.distance_au;
-    if (!scene.earth.radius_km) radius_km = radius_of_curvature_km(place, sun.azimuth_deg);
-  } else {
-    model.sun_elevation_rad = *scene.sun.elevation_deg * kRadPerDeg;
-    model.sun_azimuth_rad = scene.sun.azimuth_deg * kRadPerDeg;
-  }
+  const PlacedSun sun = placed_sun(scene);
+  const double radius_km = sun.earth_radius_km;
+  model.sun_elevation_rad = sun.elevation_rad;
+  model.sun_azimuth_rad = sun.azimuth_rad;
+  model.sun_distance_au = sun.distance_au;
 
   const auto& wavelengths = solved_wavelengths_nm(scene.spectrum);
   const bool centre = scene.atmosphere.layer_optics == "centre";
@@ -194,6 +206,26 @@ FieldSky sky_from_field(const SceneModel& model, std::shared_ptr<const OrdersFie
   require_orders(model);
   auto sky = std::make_unique<OrdersSky>(model, field, control);
   return {with_every_wavelength(model, std::move(sky)), std::move(field)};
+}
+
+std::shared_ptr<const OrdersAtmosphere> solve_atmosphere(const SceneModel& model,
+                                                         const RunControl& control) {
+  require_orders(model);
+  std::shared_ptr<const OrdersAtmosphere> atmosphere;
+  SolverArena arena(model.scene.solver.threads);
+  arena.arena.execute([&] {
+    RunSummary summary;
+    atmosphere = std::make_shared<const OrdersAtmosphere>(model, nullptr, control, summary);
+  });
+  return atmosphere;
+}
+
+std::unique_ptr<Sky> sky_in_atmosphere(const SceneModel& model,
+                                       std::shared_ptr<const OrdersAtmosphere> atmosphere,
+                                       const RunControl& control) {
+  require_orders(model);
+  return with_every_wavelength(model,
+                               std::make_unique<OrdersSky>(model, std::move(atmosphere), control));
 }
 
 std::unique_ptr<Sky> solve_sky(const SceneModel& model, const RunControl& control) {
