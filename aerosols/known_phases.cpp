@@ -15,7 +15,13 @@ void add_scaled(std::vector<double>& sum, const std::vector<double>& values, dou
 }
 
 HumidityClasses classes_of(const MixtureComponent& component, double humidity_percent) {
-  return humidity_classes(component.humidities_percent(), humidity_percent);
+  const std::span<const double> held = component.humidities_percent();
+  if (held.size() > 1 && !(humidity_percent >= held.front() && humidity_percent <= held.back())) {
+    throw std::invalid_argument(
+        fmt::format("component '{}': relative humidity {} % is outside its own, {}..{} %",
+                    component.name(), humidity_percent, held.front(), held.back()));
+  }
+  return humidity_classes(held, humidity_percent);
 }
 
 }  // namespace
@@ -30,8 +36,8 @@ const ComponentOptics& KnownPhases::integral(const MixtureComponent& component, 
 
 ComponentOptics KnownPhases::component(const MixtureComponent& component, double humidity_percent,
                                        double wavelength_nm) {
-  if (const auto known = component.tabulated(humidity_percent, wavelength_nm)) return *known;
   const HumidityClasses c = classes_of(component, humidity_percent);
+  if (const auto known = component.tabulated(humidity_percent, wavelength_nm)) return *known;
   const ComponentOptics low = integral(component, c.low, wavelength_nm);
   if (c.low == c.high || c.fraction == 0.0) return low;
   return between_humidities(low, integral(component, c.high, wavelength_nm), c.fraction,
@@ -62,9 +68,9 @@ void KnownPhases::prepare(std::span<const Mixture> mixtures,
   std::map<Key, const MixtureComponent*> wanted;
   for (const Mixture& mixture : mixtures) {
     for (const auto& [component, amount] : mixture.amounts) {
+      const HumidityClasses c = classes_of(*component, mixture.relative_humidity_percent);
       for (const double nm : wavelength_nm) {
         if (component->tabulated(mixture.relative_humidity_percent, nm)) continue;
-        const HumidityClasses c = classes_of(*component, mixture.relative_humidity_percent);
         for (const std::size_t state : {c.low, c.high}) {
           const Key key{component->identity(), state, nm};
           if (!integrals_.contains(key)) wanted[key] = component.get();

@@ -77,6 +77,9 @@ class OwnComponent : public MixtureComponent {
  public:
   explicit OwnComponent(Microphysics m) : m_(std::move(m)) {
     require_sizes(m_.sizes);
+    if (m_.index.wavelength_nm.empty()) {
+      throw std::invalid_argument("the refractive index of '" + m_.name + "' has no wavelengths");
+    }
     if (m_.humidity_percent.empty()) {
       m_.humidity_percent = {0.0};
       m_.radius_growth_factor = {1.0};
@@ -108,6 +111,12 @@ class OwnComponent : public MixtureComponent {
 
   SpheresAtWavelength spheres(std::size_t state, double wavelength_nm) const override {
     const double growth = m_.radius_growth_factor[state];
+    const auto& known_nm = m_.index.wavelength_nm;
+    if (!(wavelength_nm >= known_nm.front() && wavelength_nm <= known_nm.back())) {
+      throw std::invalid_argument(
+          fmt::format("component '{}': wavelength {} nm is outside its refractive index, {}..{} nm",
+                      m_.name, wavelength_nm, known_nm.front(), known_nm.back()));
+    }
     const std::complex<double> dry = m_.index.at(wavelength_nm);
     SpheresAtWavelength s{m_.sizes, dry, wavelength_nm, 300};
     if (growth > 1.0) {
