@@ -84,14 +84,17 @@ void optics(Run& run) {
   } else {
     const std::vector<double>& wavelengths = solved_wavelengths_nm(run.scene.spectrum);
     SolverArena arena(run.scene.solver.threads);
+    std::vector<ParticleOptics> tables;  // all first: a run that is stopped writes nothing
     for (std::size_t c = 0; c < kAerosolComponents; ++c) {
-      run.control().check();
-      const auto component = static_cast<AerosolComponent>(c);
       run.progress.report("components",
                           static_cast<double>(c) / static_cast<double>(kAerosolComponents));
-      ParticleOptics table;
-      arena.arena.execute([&] { table = component_table(component, wavelengths); });
-      const auto file = component_file(*options.export_file, component_code(component));
+      arena.arena.execute([&] {
+        tables.push_back(component_table(static_cast<AerosolComponent>(c), wavelengths,
+                                         [&] { run.control().check(); }));
+      });
+    }
+    for (const ParticleOptics& table : tables) {
+      const auto file = component_file(*options.export_file, table.name);
       write_particle_optics(table, file, history);
       files.push_back(file.string());
     }

@@ -299,13 +299,25 @@ std::vector<double> values_of(const Medium& m, const LayerQuantity& q) {
   return all;
 }
 
-void write_scene_netcdf(const SceneModel& model, const std::filesystem::path& path,
-                        std::string_view history) {
-  const Medium& m = model.medium;
-  AtomicFile whole(path);
-  NetcdfWriter file(whole);
+// State of the air by layer, where the medium has it.
+struct StateQuantity {
+  const char* name;
+  NetcdfMeaning meaning;
+  std::vector<double> Medium::*values;
+};
+
+const std::vector<StateQuantity>& state_quantities() {
+  static const std::vector<StateQuantity> kQuantities = {
+      {"air_pressure", {"hPa", "pressure", "air_pressure"}, &Medium::pressure_hpa},
+      {"air_temperature", {"K", "temperature", "air_temperature"}, &Medium::temperature_k},
+      {"relative_humidity",
+       {"1", "relative humidity over liquid water", "relative_humidity"},
+       &Medium::relative_humidity}};
+  return kQuantities;
+}
+
+void define_scene(NetcdfWriter& file, const Medium& m, std::size_t angles) {
   constexpr auto kDouble = NetcdfNumber::kDouble;
-  describe(file, "optical properties of an atmosphere in layers", history);
   file.attribute("", "earth_radius_km", m.earth_radius_km);
   file.dimension("height", m.layers());
   file.dimension("wavelength", m.wavelengths());
@@ -317,13 +329,8 @@ void write_scene_netcdf(const SceneModel& model, const std::filesystem::path& pa
   file.variable("height_bounds", kDouble, {"height", "bounds"}, {});
   file.variable("wavelength", kDouble, {"wavelength"},
                 {"nm", "wavelength in vacuum", "radiation_wavelength"});
-  const std::pair<const std::vector<double>*, std::pair<const char*, NetcdfMeaning>> states[] = {
-      {&m.pressure_hpa, {"air_pressure", {"hPa", "pressure", "air_pressure"}}},
-      {&m.temperature_k, {"air_temperature", {"K", "temperature", "air_temperature"}}},
-      {&m.relative_humidity,
-       {"relative_humidity", {"1", "relative humidity over liquid water", "relative_humidity"}}}};
-  for (const auto& [values, named] : states) {
-    if (!values->empty()) file.variable(named.first, kDouble, {"height"}, named.second);
+  for (const StateQuantity& q : state_quantities()) {
+    if (!(m.*q.values).empty()) file.variable(q.name, kDouble, {"height"}, q.meaning);
   }
   for (const LayerQuantity& q : layer_quantities()) {
     file.variable(q.name, kDouble, {"height", "wavelength"}, q.meaning);
@@ -332,21 +339,18 @@ void write_scene_netcdf(const SceneModel& model, const std::filesystem::path& pa
     file.variable(q.name, kDouble, {"wavelength"}, q.meaning);
   }
   file.variable("depolarisation", kDouble, {"wavelength"}, {"1", "depolarisation of air", ""});
-  std::vector<PhaseMatrix> matrices;
-  for (const auto& kind : m.aerosol_phase)
-    matrices.insert(matrices.end(), kind.begin(), kind.end());
-  const std::vector<double> angles = all_angles(matrices);
-  if (matrices.empty()) {
+  if (angles == 0) {
     file.attribute("", "aerosol_phase", "Henyey-Greenstein with aerosol_asymmetry");
-  } else {
-    file.dimension("aerosol_kind", m.aerosol_phase.size());
-    file.variable("aerosol_kind_scattering", kDouble, {"aerosol_kind", "height", "wavelength"},
-                  {"km-1", "scattering coefficient of one kind of aerosol", ""});
-    define_angles(file, angles.size());
-    define_matrix(file, {"aerosol_kind", "wavelength"});
+    return;
   }
-  file.end_definitions();
+  file.dimension("aerosol_kind", m.aerosol_phase.size());
+  file.variable("aerosol_kind_scattering", kDouble, {"aerosol_kind", "height", "wavelength"},
+                {"km-1", "scattering coefficient of one kind of aerosol", ""});
+  define_angles(file, angles);
+  define_matrix(file, {"aerosol_kind", "wavelength"});
+}
 
+void put_scene(NetcdfWriter& file, const Medium& m) {
   std::vector<double> middle, bounds;
   for (std::size_t i = 0; i < m.layers(); ++i) {
     middle.push_back(0.5 * (m.boundary_km[i] + m.boundary_km[i + 1]));
@@ -356,8 +360,8 @@ void write_scene_netcdf(const SceneModel& model, const std::filesystem::path& pa
   file.put("height_bounds", bounds);
   file.put("wavelength", m.wavelength_nm);
   file.put("depolarisation", m.depolarisation);
-  for (const auto& [values, named] : states) {
-    if (!values->empty()) file.put(named.first, *values);
+  for (const StateQuantity& q : state_quantities()) {
+    if (!(m.*q.values).empty()) file.put(q.name, m.*q.values);
   }
   for (const LayerQuantity& q : layer_quantities()) file.put(q.name, values_of(m, q));
   for (const ColumnQuantity& q : column_quantities()) {
@@ -367,6 +371,21 @@ void write_scene_netcdf(const SceneModel& model, const std::filesystem::path& pa
     }
     file.put(q.name, sum);
   }
+}
+
+void write_scene_netcdf(const Medium& m, const std::filesystem::path& path,
+                        std::string_view history) {
+  std::vector<PhaseMatrix> matrices;
+  for (const auto& kind : m.aerosol_phase) {
+    matrices.insert(matrices.end(), kind.begin(), kind.end());
+  }
+  const std::vector<double> angles = all_angles(matrices);
+  AtomicFile whole(path);
+  NetcdfWriter file(whole);
+  describe(file, "optical properties of an atmosphere in layers", history);
+  define_scene(file, m, angles.size());
+  file.end_definitions();
+  put_scene(file, m);
   if (!matrices.empty()) {
     std::vector<double> scattering;
     for (const LayerTable& kind : m.aerosol_kind_scattering_per_km) {
@@ -432,7 +451,7 @@ std::vector<std::filesystem::path> write_scene_optics(const SceneModel& model,
                                                       std::string_view history) {
   require_ending(path);
   if (path.extension() == ".nc") {
-    write_scene_netcdf(model, path, history);
+    write_scene_netcdf(model.medium, path, history);
     return {path};
   }
   write_text_file(path, layer_table(model.medium, history).text());
