@@ -361,7 +361,7 @@ TEST(StudyPlots, PanelsShareTheirYWhereThatShowsThem) {
           table.axes[0].words.emplace_back(word);
           table.axes[1].values.push_back(a);
           table.axes[2].values.push_back(b);
-          table.quantities[0].values.push_back(100 * a + step * b);
+          table.quantities[0].values.push_back(100 + 100 * a + step * b);
           table.errors.emplace_back();
           table.pictures.emplace_back();
         }
@@ -371,10 +371,10 @@ TEST(StudyPlots, PanelsShareTheirYWhereThatShowsThem) {
     wanted.plots = {{"b", "q", "w", {}, ""}};
     return study_plots(table, wanted).at(0).svg;
   };
-  // Ticks of 100 and 0 stand in both panels, or those of each panel's own range.
-  EXPECT_EQ(count_of(plot_of(40), ">100</text>"), 2u);
-  EXPECT_EQ(count_of(plot_of(1), ">100</text>"), 1u);
-  EXPECT_EQ(count_of(plot_of(1), ">101</text>"), 1u);
+  // A tick at 200 stands in both panels, or in the one whose range holds it.
+  EXPECT_EQ(count_of(plot_of(40), ">200</text>"), 2u);
+  EXPECT_EQ(count_of(plot_of(1), ">200</text>"), 1u);
+  EXPECT_EQ(count_of(plot_of(1), ">201</text>"), 1u);
 }
 
 TEST(SvgPlot, LinesBreakWherePointsAreMissing) {
