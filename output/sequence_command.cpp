@@ -38,7 +38,7 @@ constexpr const char* kManifest = "sequence.json";
 /// One frame as it is planned.
 struct PlannedFrame {
   Scene scene;  // of its own instant, with the radius and the camera of all
-  SceneSun sun;
+  PlacedSun sun;
   std::string inputs;  // hash of what its map depends on
   fs::path exr, spectral, png;
 };
@@ -135,7 +135,7 @@ SequencePlan plan_sequence(Run& run) {
   for (std::size_t k = 0; k < scenes.size(); ++k) {
     const std::string stem = fmt::format("frame_{:0{}}", k + 1, plan.digits);
     PlannedFrame frame{scenes[k],
-                       sun_of(scenes[k]),
+                       placed_sun(scenes[k]),
                        inputs_of(scenes[k], plan.model),
                        options.directory / (stem + ".exr"),
                        options.directory / (stem + ".spectral.exr"),
@@ -220,15 +220,15 @@ std::vector<std::size_t> missing_frames(const SequencePlan& plan, const RunContr
 SceneModel model_of(const SceneModel& shared, const PlannedFrame& frame) {
   SceneModel model = shared;
   model.scene = frame.scene;
-  model.sun_elevation_rad = frame.sun.elevation_deg * kRadPerDeg;
-  model.sun_azimuth_rad = frame.sun.azimuth_deg * kRadPerDeg;
+  model.sun_elevation_rad = frame.sun.elevation_rad;
+  model.sun_azimuth_rad = frame.sun.azimuth_rad;
   model.sun_distance_au = frame.sun.distance_au;
   return model;
 }
 
 SequenceFrame rendered_frame(const PlannedFrame& frame, double sky_distance_au) {
   const double ratio = sky_distance_au / frame.sun.distance_au;
-  return {frame.sun.elevation_deg * kRadPerDeg, frame.sun.azimuth_deg * kRadPerDeg, frame.exr,
+  return {frame.sun.elevation_rad, frame.sun.azimuth_rad, frame.exr,
           frame.spectral, ratio * ratio};
 }
 
@@ -329,8 +329,8 @@ nlohmann::ordered_json manifest(const Run& run, const SequencePlan& plan,
     if (plan.spectral) entry["spectral_exr"] = frame.spectral.filename().string();
     entry["png"] = frame.png.filename().string();
     if (frame.scene.observer.time) entry["time"] = *frame.scene.observer.time;
-    entry["sun_elevation_deg"] = frame.sun.elevation_deg;
-    entry["sun_azimuth_deg"] = frame.sun.azimuth_deg;
+    entry["sun_elevation_deg"] = frame.sun.elevation_rad / kRadPerDeg;
+    entry["sun_azimuth_deg"] = frame.sun.azimuth_rad / kRadPerDeg;
     entry["sun_distance_au"] = frame.sun.distance_au;
     entry["grey_luminance_cd_m2"] = exposures[k].grey * white_luminance_cd_m2;
     entry["white_luminance_cd_m2"] = exposures[k].white * white_luminance_cd_m2;

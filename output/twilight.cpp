@@ -24,6 +24,8 @@
 #include "output/field_file.h"
 #include "output/fit_file.h"
 #include "output/fit_report.h"
+#include "output/optics_command.h"
+#include "output/retrieve_command.h"
 #include "output/scene_map.h"
 #include "output/sequence_command.h"
 #include "output/sky_commands.h"
@@ -55,8 +57,7 @@ void sun(Run& run) {
   // Where the Sun is seen depends on the air's refractive index alone: one wavelength, no aerosol.
   Scene scene = run.scene;
   constexpr double kWavelengthNm = 550.0;
-  scene.aerosols.type = "none";
-  scene.aerosols.optical_depth_550nm.reset();
+  remove_aerosols(scene);
   scene.spectrum.solved_nm.clear();
   if (!scene.atmosphere.optical_layers) scene.spectrum.wavelengths_nm = {kWavelengthNm};
   const SceneModel model = build_scene_model(scene);
@@ -103,33 +104,6 @@ void sun(Run& run) {
   };
   for (const auto& [name, time] : events)
     table.add_row({name, time ? format_offset_date_time(*time, offset_minutes) : ""});
-  table.write("-", std::cout);
-}
-
-void optics(Run& run) {
-  const SceneModel model = run.model();
-  const Medium& medium = model.medium;
-  CsvTable table({"bottom_km", "top_km", "pressure_hpa", "temperature_k",
-                  "relative_humidity_percent", "wavelength_nm", "refractive_index",
-                  "air_scattering_per_km", "aerosol_scattering_per_km", "aerosol_absorption_per_km",
-                  "aerosol_asymmetry", "gas_absorption_per_km"});
-  // A user's own layers have no state of the air.
-  const auto state = [](const std::vector<double>& values, std::size_t layer) {
-    return values.empty() ? CsvTable::Cell("") : CsvTable::Cell(values[layer]);
-  };
-  std::vector<double> humidity_percent = medium.relative_humidity;
-  for (double& percent : humidity_percent) percent *= 100.0;
-  for (std::size_t i = 0; i < medium.layers(); ++i) {
-    for (std::size_t w = 0; w < medium.wavelengths(); ++w) {
-      table.add_row({medium.boundary_km[i], medium.boundary_km[i + 1],
-                     state(medium.pressure_hpa, i), state(medium.temperature_k, i),
-                     state(humidity_percent, i), medium.wavelength_nm[w],
-                     1.0 + medium.refractivity(i, w), medium.air_scattering_per_km(i, w),
-                     medium.aerosol_scattering_per_km(i, w), medium.aerosol_absorption_per_km(i, w),
-                     medium.aerosol_asymmetry(i, w), medium.gas_absorption_per_km(i, w)});
-    }
-  }
-  run.control().check();
   table.write("-", std::cout);
 }
 
@@ -247,6 +221,10 @@ bool solves(Command command) {
 void run_command(const CommandLine& line, spdlog::logger& log) {
   if (line.command == Command::kTradeoffRung) return tradeoff_rung(line);
   if (line.command == Command::kCompare) return compare(line, log);
+  if (line.command == Command::kStudy) {
+    Run run(line, {}, log, stop_requested);
+    return study(run);
+  }
   std::optional<Study> study;
   const LoadedScene loaded = checking_input([&] {
     if (line.command != Command::kFit) return load_scene(line.scene, line.overrides);
@@ -292,8 +270,11 @@ void run_command(const CommandLine& line, spdlog::logger& log) {
       return tradeoff(run);
     case Command::kFit:
       return fit(run, *study);
+    case Command::kRetrieve:
+      return retrieve_air(run, loaded);
     case Command::kCompare:
     case Command::kTradeoffRung:
+    case Command::kStudy:
       return;  // have no scene of their own
   }
 }
@@ -324,6 +305,7 @@ int program(int argc, char** argv) {
     const Command command = parsed.command->command;
     const char* const kept =
         command == Command::kTradeoff   ? "rungs that are done are kept for the next time"
+        : command == Command::kStudy    ? "cases that are done are kept for the next time"
         : command == Command::kSequence ? "frames that are done are kept for the next time"
                                         : "nothing was written";
     log.error("twilight: stopped; {}", kept);
