@@ -17,13 +17,13 @@
 #include "output/command_run.h"
 #include "output/exr_reader.h"
 #include "output/scene_colour.h"
+#include "output/scene_fingerprint.h"
 #include "output/scene_map.h"
 #include "output/sequence_exposure.h"
 #include "output/sequence_instants.h"
 #include "output/sequence_video.h"
 #include "output/sky_commands.h"
 #include "output/sky_sequence.h"
-#include "sim/scene_file.h"
 #include "sim/solver_arena.h"
 
 namespace twilight {
@@ -57,28 +57,10 @@ std::string whole_file(const fs::path& path) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-// The bytes of the files that a scene names: they count, not their names alone.
-std::string scene_files(const Scene& scene) {
-  std::string bytes;
-  for (const auto& [key, value] : scene_settings(scene)) {
-    constexpr std::string_view kFit = "fit:";
-    fs::path path;
-    if (key == "solver.method" && value.starts_with(kFit)) path = value.substr(kFit.size());
-    for (const char* holder :
-         {"atmosphere.optical_layers", "atmosphere.profile_file", "aerosols.mixture"}) {
-      if (key == holder) path = value;
-    }
-    std::error_code none;
-    if (!path.empty() && fs::is_regular_file(path, none)) bytes += whole_file(path);
-  }
-  return bytes;
-}
-
-std::string inputs_of(Scene scene, const SceneModel& shared) {
-  scene.solver.threads = 0;
-  return fnv1a64(fmt::format("twilight {}\n{} km {} au\n{}\n{}", kVersion,
-                             shared.medium.earth_radius_km, shared.sun_distance_au, to_toml(scene),
-                             scene_files(scene)));
+std::string inputs_of(const Scene& scene, const SceneModel& shared, FileFingerprints& files) {
+  return fnv1a64(fmt::format("twilight {}\n{} km {} au\n{}", kVersion,
+                             shared.medium.earth_radius_km, shared.sun_distance_au,
+                             settings_text(scene, files)));
 }
 
 std::optional<double> exposure_value(const std::string& text) {
@@ -132,11 +114,12 @@ SequencePlan plan_sequence(Run& run) {
 
   const std::vector<Scene> scenes = scenes_of(run);
   plan.digits = std::max(4, static_cast<int>(std::to_string(scenes.size()).size()));
+  FileFingerprints files;
   for (std::size_t k = 0; k < scenes.size(); ++k) {
     const std::string stem = fmt::format("frame_{:0{}}", k + 1, plan.digits);
     PlannedFrame frame{scenes[k],
                        placed_sun(scenes[k]),
-                       inputs_of(scenes[k], plan.model),
+                       inputs_of(scenes[k], plan.model, files),
                        options.directory / (stem + ".exr"),
                        options.directory / (stem + ".spectral.exr"),
                        options.directory / (stem + ".png")};
@@ -228,8 +211,7 @@ SceneModel model_of(const SceneModel& shared, const PlannedFrame& frame) {
 
 SequenceFrame rendered_frame(const PlannedFrame& frame, double sky_distance_au) {
   const double ratio = sky_distance_au / frame.sun.distance_au;
-  return {frame.sun.elevation_rad, frame.sun.azimuth_rad, frame.exr,
-          frame.spectral, ratio * ratio};
+  return {frame.sun.elevation_rad, frame.sun.azimuth_rad, frame.exr, frame.spectral, ratio * ratio};
 }
 
 // What all frames of a run share on their way to files.

@@ -212,6 +212,33 @@ TEST(CliSequence, AChangedSceneIsMadeAnew) {
       << fewer.err;
 }
 
+TEST(CliSequence, TheBytesOfAFileThatTheSceneNamesCount) {
+  const Workplace place;
+  std::ifstream stream(std::string(TWILIGHT_CONFIGS) + "/optical_layers.csv");
+  const std::string layers{std::istreambuf_iterator<char>(stream), {}};
+  place.write("layers.csv", layers);
+  place.write("scene.toml", R"([sun]
+elevation_deg = 0
+[atmosphere]
+optical_layers = "layers.csv"
+[solver]
+method = "orders"
+altitude_levels = 8
+zenith_step_deg = 3
+polar_directions = 8
+azimuth_directions = 4
+view_interpolation = false
+[output]
+size = 8
+)");
+  const auto two = with(sequence_of("5", "-1", 2, "out"), kNoVideo);
+  const Finished first = place.run(two);
+  ASSERT_EQ(first.exit_code, 0) << first.err;
+  EXPECT_NE(place.run(two).err.find("0 made, 2 kept"), std::string::npos);
+  place.write("layers.csv", "# other words\n" + layers);
+  EXPECT_NE(place.run(two).err.find("2 made, 0 kept"), std::string::npos);
+}
+
 TEST(CliSequence, StopsCleanly) {
   const Workplace place;
   place.write("scene.toml", kElevationScene);
