@@ -91,8 +91,7 @@ void Run::foretell(std::size_t views, std::size_t suns) {
   constexpr double kLongSeconds = 3.0;
   double work = cost.reference_seconds;
   if (suns > 1) {
-    const bool solves_once = scene.solver.method == "orders";
-    const double once = solves_once ? predict_run(scene, 0).reference_seconds : 0.0;
+    const double once = serves_every_sun(scene) ? predict_run(scene, 0).reference_seconds : 0.0;
     work += static_cast<double>(suns - 1) * (work - once);
   }
   const double seconds = wall_seconds(work * machine_slowness(), scene);

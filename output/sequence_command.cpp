@@ -17,13 +17,13 @@
 #include "output/command_run.h"
 #include "output/exr_reader.h"
 #include "output/scene_colour.h"
+#include "output/scene_fingerprint.h"
 #include "output/scene_map.h"
 #include "output/sequence_exposure.h"
 #include "output/sequence_instants.h"
 #include "output/sequence_video.h"
 #include "output/sky_commands.h"
 #include "output/sky_sequence.h"
-#include "sim/scene_file.h"
 #include "sim/solver_arena.h"
 
 namespace twilight {
@@ -57,28 +57,10 @@ std::string whole_file(const fs::path& path) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-// The bytes of the files that a scene names: they count, not their names alone.
-std::string scene_files(const Scene& scene) {
-  std::string bytes;
-  for (const auto& [key, value] : scene_settings(scene)) {
-    constexpr std::string_view kFit = "fit:";
-    fs::path path;
-    if (key == "solver.method" && value.starts_with(kFit)) path = value.substr(kFit.size());
-    for (const char* holder :
-         {"atmosphere.optical_layers", "atmosphere.profile_file", "aerosols.mixture"}) {
-      if (key == holder) path = value;
-    }
-    std::error_code none;
-    if (!path.empty() && fs::is_regular_file(path, none)) bytes += whole_file(path);
-  }
-  return bytes;
-}
-
-std::string inputs_of(Scene scene, const SceneModel& shared) {
-  scene.solver.threads = 0;
-  return fnv1a64(fmt::format("twilight {}\n{} km {} au\n{}\n{}", kVersion,
-                             shared.medium.earth_radius_km, shared.sun_distance_au, to_toml(scene),
-                             scene_files(scene)));
+std::string inputs_of(const Scene& scene, const SceneModel& shared, FileFingerprints& files) {
+  return fnv1a64(fmt::format("twilight {}\n{} km {} au\n{}", kVersion,
+                             shared.medium.earth_radius_km, shared.sun_distance_au,
+                             settings_text(scene, files)));
 }
 
 std::optional<double> exposure_value(const std::string& text) {
@@ -107,6 +89,11 @@ SequencePlan plan_sequence(Run& run) {
   SequencePlan plan;
   checking_input([&] {
     plan.exposure_value = exposure_value(options.exposure);
+    if (run.line.field && run.scene.solver.method != "orders") {
+      throw std::invalid_argument(
+          fmt::format("{}: key 'solver.method' = \"{}\": must be \"orders\" for --field",
+                      run.line.scene.string(), run.scene.solver.method));
+    }
     const std::vector<Scene> scenes = scenes_of(run);
     run.scene = scenes[scenes.size() / 2];
     fs::create_directories(options.directory);
@@ -127,11 +114,12 @@ SequencePlan plan_sequence(Run& run) {
 
   const std::vector<Scene> scenes = scenes_of(run);
   plan.digits = std::max(4, static_cast<int>(std::to_string(scenes.size()).size()));
+  FileFingerprints files;
   for (std::size_t k = 0; k < scenes.size(); ++k) {
     const std::string stem = fmt::format("frame_{:0{}}", k + 1, plan.digits);
     PlannedFrame frame{scenes[k],
                        placed_sun(scenes[k]),
-                       inputs_of(scenes[k], plan.model),
+                       inputs_of(scenes[k], plan.model, files),
                        options.directory / (stem + ".exr"),
                        options.directory / (stem + ".spectral.exr"),
                        options.directory / (stem + ".png")};
@@ -223,57 +211,85 @@ SceneModel model_of(const SceneModel& shared, const PlannedFrame& frame) {
 
 SequenceFrame rendered_frame(const PlannedFrame& frame, double sky_distance_au) {
   const double ratio = sky_distance_au / frame.sun.distance_au;
-  return {frame.sun.elevation_rad, frame.sun.azimuth_rad, frame.exr,
-          frame.spectral, ratio * ratio};
+  return {frame.sun.elevation_rad, frame.sun.azimuth_rad, frame.exr, frame.spectral, ratio * ratio};
 }
 
-// Solves once where the method serves many Suns, else frame by frame; what the summary tells.
-RunSummary make_frames(Run& run, const SequencePlan& plan, const std::vector<std::size_t>& wanted) {
-  const SceneModel& model = plan.model;
-  const ColourIntegrator integrator =
-      colour_integrator(model, colour_observer_from_name(run.scene.output.colour_observer));
-  const MapSettings settings = map_settings(model);
-  const auto facts = [&](const PlannedFrame& frame, const SceneModel& own, const Sky& sky) {
-    ImageAttributes attributes = image_attributes(run, own, sky);
-    attributes.emplace_back(kInputs, frame.inputs);
-    return attributes;
-  };
+// What all frames of a run share on their way to files.
+struct FrameWriter {
+  Run& run;
+  const SequencePlan& plan;
+  ColourIntegrator integrator;
+  MapSettings settings;
+
+  ImageAttributes attributes(const PlannedFrame& frame, const SceneModel& own,
+                             const Sky& sky) const {
+    ImageAttributes facts = image_attributes(run, own, sky);
+    facts.emplace_back(kInputs, frame.inputs);
+    return facts;
+  }
+};
+
+// All frames from one solve, that of the middle frame even where it is there: what a frame is must
+// not depend on which others are missing.
+RunSummary make_from_one_solve(const FrameWriter& writer, const std::vector<std::size_t>& wanted) {
+  Run& run = writer.run;
+  const SceneModel& model = writer.plan.model;
   const std::unique_ptr<Sky> sky = run.timed("sky", [&] { return run.sky(model); });
-  const bool shared = sky->with_sun_at(model.sun_elevation_rad) != nullptr;
+  std::vector<SequenceFrame> frames;
+  for (const std::size_t k : wanted) {
+    frames.push_back(rendered_frame(writer.plan.frames[k], model.sun_distance_au));
+  }
+  const FrameAttributes attributes = [&](const SequenceFrame& frame, const Sky& lit) {
+    const auto at = static_cast<std::size_t>(&frame - frames.data());
+    const PlannedFrame& planned = writer.plan.frames[wanted[at]];
+    return writer.attributes(planned, model_of(model, planned), lit);
+  };
   run.timed("frames", [&] {
-    if (shared) {
-      std::vector<SequenceFrame> frames;
-      for (const std::size_t k : wanted) {
-        frames.push_back(rendered_frame(plan.frames[k], model.sun_distance_au));
-      }
-      const FrameAttributes attributes = [&](const SequenceFrame& frame, const Sky& lit) {
-        const auto at = static_cast<std::size_t>(&frame - frames.data());
-        const PlannedFrame& planned = plan.frames[wanted[at]];
-        return facts(planned, model_of(model, planned), lit);
-      };
-      SolverArena arena(frames_at_once(plan));
-      arena.arena.execute([&] {
-        write_sky_sequence(*sky, integrator, settings, frames, attributes, run.control());
-      });
-      return true;
-    }
-    run.progress.clear();
-    run.log.info("solver.method \"{}\" shares nothing between Suns: each frame is solved anew",
-                 run.scene.solver.method);
-    RunControl quiet;
-    quiet.cancel = run.control().cancel;
-    for (std::size_t i = 0; i < wanted.size(); ++i) {
-      const PlannedFrame& planned = plan.frames[wanted[i]];
-      run.control().report("frames", static_cast<double>(i) / static_cast<double>(wanted.size()));
-      const SceneModel own = build_scene_model(planned.scene, &run.phases);
-      const auto lit = solve_sky(own, quiet);
-      write_sky_frame(
-          *lit, integrator, settings, rendered_frame(planned, planned.sun.distance_au),
-          [&](const SequenceFrame&, const Sky& seen) { return facts(planned, own, seen); }, quiet);
-    }
+    SolverArena arena(frames_at_once(writer.plan));
+    arena.arena.execute([&] {
+      write_sky_sequence(*sky, writer.integrator, writer.settings, frames, attributes,
+                         run.control());
+    });
     return true;
   });
   return sky->summary();
+}
+
+// Every frame a solve of its own.
+RunSummary make_one_by_one(const FrameWriter& writer, const std::vector<std::size_t>& wanted) {
+  Run& run = writer.run;
+  run.progress.clear();
+  run.log.info("solver.method \"{}\" shares nothing between Suns: each frame is solved anew",
+               run.scene.solver.method);
+  RunControl quiet;
+  quiet.cancel = run.control().cancel;
+  return run.timed("frames", [&] {
+    RunSummary summary;
+    for (std::size_t i = 0; i < wanted.size(); ++i) {
+      const PlannedFrame& planned = writer.plan.frames[wanted[i]];
+      run.control().report("frames", static_cast<double>(i) / static_cast<double>(wanted.size()));
+      const SceneModel own = build_scene_model(planned.scene, &run.phases);
+      const auto sky = solve_sky(own, quiet);
+      write_sky_frame(
+          *sky, writer.integrator, writer.settings,
+          rendered_frame(planned, planned.sun.distance_au),
+          [&](const SequenceFrame&, const Sky& seen) {
+            return writer.attributes(planned, own, seen);
+          },
+          quiet);
+      summary = sky->summary();
+    }
+    return summary;
+  });
+}
+
+// The frames, and what the summary tells of their solve.
+RunSummary make_frames(Run& run, const SequencePlan& plan, const std::vector<std::size_t>& wanted) {
+  const auto observer = colour_observer_from_name(run.scene.output.colour_observer);
+  const FrameWriter writer{run, plan, colour_integrator(plan.model, observer),
+                           map_settings(plan.model)};
+  return serves_every_sun(run.scene) ? make_from_one_solve(writer, wanted)
+                                     : make_one_by_one(writer, wanted);
 }
 
 nlohmann::ordered_json manifest(const Run& run, const SequencePlan& plan,

@@ -504,6 +504,10 @@ bool solves_transfer(const Scene& scene) {
   return method == "cells" || method == "orders" || method == "monte-carlo";
 }
 
+bool serves_every_sun(const Scene& scene) {
+  return scene.solver.method == "orders" || scene.solver.method == "bruneton";
+}
+
 std::string published_air_name(const Scene& scene) {
   if (scene.atmosphere.optical_layers) return {};
   const std::string& profile = scene.atmosphere.profile;

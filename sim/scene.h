@@ -261,6 +261,8 @@ double ground_depth_km(const Scene& scene);
 /// Whether the method solves the transfer of light ("cells", "orders", "monte-carlo"); else it is a
 /// published model.
 bool solves_transfer(const Scene& scene);
+/// Whether one solve serves every Sun: Sky::with_sun_at() gives a sky.
+bool serves_every_sun(const Scene& scene);
 /// The published air (atmosphere/two_constituent_air.h) that the scene takes in place of profile
 /// and aerosols: its profile's, or that of a model with its own; empty for none.
 std::string published_air_name(const Scene& scene);
