@@ -14,6 +14,7 @@
 #include "output/atomic_file.h"
 #include "output/command_run.h"
 #include "output/csv_table.h"
+#include "output/study_case_file.h"
 #include "output/study_files.h"
 #include "output/study_run.h"
 #include "sim/cost_model.h"
@@ -202,6 +203,23 @@ void say_plan(Run& run, const StudyPlan& plan, const std::vector<std::size_t>& c
   }
 }
 
+// Plots of columns that there are not: said as soon as a case shows what there is. False while none
+// does.
+bool check_first_plots(const StudyManifest& manifest, const fs::path& directory,
+                       const std::vector<std::size_t>& cases) {
+  if (manifest.wanted.plots.empty()) return true;
+  for (const std::size_t node : cases) {
+    const auto result = read_case(cases_folder(directory), manifest.hashes[node]);
+    if (!result) continue;
+    checking_input([&] {
+      check_plots(manifest.wanted, table_columns(manifest, result->quantities),
+                  manifest.study.axes.size());
+    });
+    return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 Shard parse_shard(std::string_view text) {
@@ -241,9 +259,12 @@ void study(Run& run) {
     return;
   }
   say_plan(run, plan, cases);
+  const StudyManifest manifest = manifest_of(plan);
+  bool plots_checked = false;
   const StudyOutcome outcome = run_study(
       plan, options.directory, cases, options.fresh, run.control(), [&](const StudyProgress& p) {
         run.progress.clear();
+        if (!plots_checked) plots_checked = check_first_plots(manifest, options.directory, cases);
         run.log.info(
             "{} of {} cases{}{}", p.kept + p.done + p.failed, p.cases,
             p.failed > 0 ? fmt::format(", {} failed", p.failed) : "",
@@ -254,7 +275,7 @@ void study(Run& run) {
   run.log.info("cases: {} computed, {} kept, {} failed; {} solves; {:.1f} s", p.done, p.kept,
                p.failed, outcome.solves, p.seconds);
   if (cases.size() == plan.cases.size()) {
-    return put_together(run, options.directory, manifest_of(plan));
+    return put_together(run, options.directory, manifest);
   }
   run.log.info("written to {}; when all shards are done: twilight study --merge {}",
                options.directory.string(), options.directory.string());

@@ -40,6 +40,41 @@ std::string unit_of_key(const std::string& key) {
 
 bool is_pixel(const std::string& dimension) { return dimension == "x" || dimension == "y"; }
 
+const StudyCoordinate& coordinate_of(const StudyManifest& manifest, const std::string& name) {
+  const auto found = std::ranges::find(manifest.coordinates, name, &StudyCoordinate::name);
+  if (found == manifest.coordinates.end()) {
+    throw std::runtime_error(
+        fmt::format("the cases have a dimension '{}' that the study does not know: compute them "
+                    "again with --fresh",
+                    name));
+  }
+  return *found;
+}
+
+bool in_table(const StudyQuantity& quantity) {
+  return quantity.values.size() <= kMostColumns &&
+         std::ranges::none_of(quantity.dimensions, is_pixel);
+}
+
+// "radiance[el 20 az 90, 550 nm]" of a number of a quantity.
+std::string column_name(const StudyManifest& manifest, const StudyQuantity& quantity,
+                        std::size_t component) {
+  std::vector<std::string> parts;
+  for (std::size_t d = quantity.dimensions.size(); d-- > 0;) {
+    const StudyCoordinate& c = coordinate_of(manifest, quantity.dimensions[d]);
+    const std::size_t k = component % c.size();
+    component /= c.size();
+    const bool plain = c.meaning.units.empty() || c.meaning.units == "1";
+    parts.push_back(!c.words.empty() ? c.words[k]
+                    : plain          ? fmt::format("{} {}", c.name, c.values[k])
+                                     : fmt::format("{} {}", c.values[k], c.meaning.units));
+  }
+  if (parts.empty()) return quantity.name;
+  std::string text = quantity.name + "[";
+  for (std::size_t p = parts.size(); p-- > 0;) text += parts[p] + (p > 0 ? ", " : "]");
+  return text;
+}
+
 /// The study as it is put together, case by case.
 class Assembler {
  public:
@@ -67,14 +102,8 @@ class Assembler {
   void define();
   void define_axes();
   void columns();
-  std::string label(const StudyQuantity& quantity, std::size_t component) const;
-  const StudyCoordinate& coordinate(const std::string& name) const;
   void put_slab(std::size_t node, const StudyQuantity& shape, std::span<const double> values);
   CsvTable csv() const;
-  bool in_table(const StudyQuantity& quantity) const {
-    return quantity.values.size() <= kMostColumns &&
-           std::ranges::none_of(quantity.dimensions, is_pixel);
-  }
 
   const fs::path& directory_;
   const StudyManifest& m_;
@@ -83,17 +112,6 @@ class Assembler {
   std::vector<StudyQuantity> quantities_;  // what every case has; their values do not matter
   StudyTable table_;
 };
-
-const StudyCoordinate& Assembler::coordinate(const std::string& name) const {
-  const auto found = std::ranges::find(m_.coordinates, name, &StudyCoordinate::name);
-  if (found == m_.coordinates.end()) {
-    throw std::runtime_error(
-        fmt::format("{}: the cases have a dimension '{}' that the study does "
-                    "not know: compute them again with --fresh",
-                    directory_.string(), name));
-  }
-  return *found;
-}
 
 void Assembler::define_axes() {
   for (const StudyDimension& d : m_.study.dimensions) out_.dimension(d.name, d.size);
@@ -146,7 +164,7 @@ void Assembler::define() {
   }
   for (const StudyQuantity& q : quantities_) {
     std::vector<std::string> all = dimensions;
-    for (const std::string& name : q.dimensions) all.push_back(coordinate(name).name);
+    for (const std::string& name : q.dimensions) all.push_back(coordinate_of(m_, name).name);
     out_.variable(q.name, q.single_precision ? NetcdfNumber::kFloat : NetcdfNumber::kDouble, all,
                   q.meaning, &kUnknown);
     out_.attribute(q.name, "coordinates", listed);
@@ -179,23 +197,6 @@ void Assembler::define() {
   }
 }
 
-std::string Assembler::label(const StudyQuantity& quantity, std::size_t component) const {
-  std::vector<std::string> parts;
-  for (std::size_t d = quantity.dimensions.size(); d-- > 0;) {
-    const StudyCoordinate& c = coordinate(quantity.dimensions[d]);
-    const std::size_t k = component % c.size();
-    component /= c.size();
-    const bool plain = c.meaning.units.empty() || c.meaning.units == "1";
-    parts.push_back(!c.words.empty() ? c.words[k]
-                    : plain          ? fmt::format("{} {}", c.name, c.values[k])
-                                     : fmt::format("{} {}", c.values[k], c.meaning.units));
-  }
-  if (parts.empty()) return quantity.name;
-  std::string text = quantity.name + "[";
-  for (std::size_t p = parts.size(); p-- > 0;) text += parts[p] + (p > 0 ? ", " : "]");
-  return text;
-}
-
 void Assembler::columns() {
   for (const StudyAxis& axis : m_.study.axes) {
     StudyColumn column;
@@ -218,7 +219,7 @@ void Assembler::columns() {
     if (!in_table(q)) continue;
     for (std::size_t k = 0; k < q.values.size(); ++k) {
       StudyColumn column;
-      column.name = label(q, k);
+      column.name = column_name(m_, q, k);
       column.unit = q.meaning.units;
       column.values.assign(m_.hashes.size(), kUnknown);
       table_.quantities.push_back(std::move(column));
@@ -236,7 +237,7 @@ void Assembler::put_slab(std::size_t node, const StudyQuantity& shape,
   }
   for (const std::string& name : shape.dimensions) {
     start.push_back(0);
-    count.push_back(coordinate(name).size());
+    count.push_back(coordinate_of(m_, name).size());
   }
   out_.put(shape.name, start, count, values);
 }
@@ -315,6 +316,19 @@ void copy_whole(const fs::path& from, const fs::path& to) {
 }
 
 }  // namespace
+
+std::vector<std::string> table_columns(const StudyManifest& manifest,
+                                       const std::vector<StudyQuantity>& quantities) {
+  std::vector<std::string> names;
+  for (const StudyAxis& axis : manifest.study.axes) names.push_back(axis.key);
+  for (const StudyQuantity& q : quantities) {
+    if (!in_table(q)) continue;
+    for (std::size_t k = 0; k < q.values.size(); ++k) {
+      names.push_back(column_name(manifest, q, k));
+    }
+  }
+  return names;
+}
 
 StudyState study_state(const fs::path& directory, const StudyManifest& manifest,
                        const RunControl& control) {

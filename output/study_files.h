@@ -37,6 +37,12 @@ StudyState study_state(const std::filesystem::path& directory, const StudyManife
 AssembledStudy assemble_study(const std::filesystem::path& directory, const StudyManifest& manifest,
                               const RunControl& control = {});
 
+/// Names of the table's columns, axes first, as write_study_report() takes them, of a study whose
+/// cases have these quantities. Throws std::runtime_error where the study does not know their
+/// dimensions.
+std::vector<std::string> table_columns(const StudyManifest& manifest,
+                                       const std::vector<StudyQuantity>& quantities);
+
 /// Copies into `directory` the files of cases that only others of these folders hold sound.
 /// Throws std::runtime_error where a folder is of another study or a file cannot be written.
 /// Returns how many were copied.

@@ -52,10 +52,10 @@ class StudyRunner {
  private:
   void run_group(const CaseGroup& group, const std::vector<std::size_t>& pending);
   void run_shared(const std::vector<std::size_t>& pending);
-  SceneModel model_of(const Scene& scene);
+  SceneModel model_of(std::size_t node);
   template <class MakeSky>
   void run_case(std::size_t node, MakeSky make_sky);
-  Computed compute(const Scene& scene, const SceneModel& model, const Sky& sky) const;
+  Computed compute(const SceneModel& model, const Sky& sky) const;
   void keep(std::size_t node, const Computed& computed);
   void keep_error(std::size_t node, const std::string& error);
 
@@ -66,7 +66,7 @@ class StudyRunner {
   RunControl quiet_;  // solvers' stages come again with every group
   std::string particles_;
   KnownPhases phases_;
-  std::mutex models_, files_;
+  std::mutex serial_;  // of the netCDF library, which inputs may be read with, and of phases_
   StudyOutcome outcome_;
   Clock::time_point start_ = Clock::now();
 };
@@ -87,13 +87,14 @@ std::string error_of(Action action) {
   }
 }
 
-SceneModel StudyRunner::model_of(const Scene& scene) {
-  const std::lock_guard lock(models_);
+SceneModel StudyRunner::model_of(std::size_t node) {
+  const std::lock_guard lock(serial_);
   // Waiting for its own tasks, a thread must not take up a case that waits for the lock.
-  return tbb::this_task_arena::isolate([&] { return build_scene_model(scene, &phases_); });
+  return tbb::this_task_arena::isolate(
+      [&] { return build_scene_model(plan_.study.scene_at(node).scene, &phases_); });
 }
 
-Computed StudyRunner::compute(const Scene& scene, const SceneModel& model, const Sky& sky) const {
+Computed StudyRunner::compute(const SceneModel& model, const Sky& sky) const {
   Computed computed;
   CaseResult& result = computed.result;
   result.quantities = observe(sky, model, plan_.wanted, quiet_);
@@ -105,7 +106,7 @@ Computed StudyRunner::compute(const Scene& scene, const SceneModel& model, const
       if (std::isinf(value)) throw std::runtime_error(q.name + " is not finite");
     }
   }
-  result.inputs = case_inputs(scene, plan_.wanted);
+  result.inputs = case_inputs(model.scene, plan_.wanted);
   for (const auto& [key, what] : sky.summary().clamps) {
     result.clamps += fmt::format("{}{} = {}", result.clamps.empty() ? "" : "; ", key, what);
   }
@@ -127,7 +128,7 @@ void StudyRunner::keep(std::size_t node, const Computed& computed) {
     write_preview_png(file, *computed.picture);
     file.commit();
   }
-  const std::lock_guard lock(files_);
+  const std::lock_guard lock(serial_);
   write_case(folder_, result, plan_.coordinates);
   std::error_code ignored;
   fs::remove(case_error_file(folder_, hash), ignored);
@@ -137,7 +138,7 @@ void StudyRunner::keep(std::size_t node, const Computed& computed) {
 }
 
 void StudyRunner::keep_error(std::size_t node, const std::string& error) {
-  const std::lock_guard lock(files_);
+  const std::lock_guard lock(serial_);
   write_text_file(case_error_file(folder_, plan_.cases[node].hash), error + "\n");
   ++outcome_.progress.failed;
 }
@@ -146,10 +147,9 @@ template <class MakeSky>
 void StudyRunner::run_case(std::size_t node, MakeSky make_sky) {
   Computed computed;
   const std::string error = error_of([&] {
-    const Scene scene = plan_.study.scene_at(node).scene;
-    const SceneModel model = model_of(scene);
+    const SceneModel model = model_of(node);
     const std::unique_ptr<Sky> sky = make_sky(model);
-    computed = compute(scene, model, *sky);
+    computed = compute(model, *sky);
   });
   if (error.empty()) {
     keep(node, computed);
@@ -163,10 +163,10 @@ void StudyRunner::run_shared(const std::vector<std::size_t>& pending) {
   std::shared_ptr<const OrdersAtmosphere> atmosphere;
   int threads = 0;
   const std::string error = error_of([&] {
-    const Scene scene = plan_.study.scene_at(pending.front()).scene;
-    threads = scene.solver.threads;
+    const SceneModel model = model_of(pending.front());
+    threads = model.scene.solver.threads;
     ++outcome_.solves;
-    atmosphere = solve_atmosphere(model_of(scene), quiet_);
+    atmosphere = solve_atmosphere(model, quiet_);
   });
   if (!error.empty()) {
     for (const std::size_t node : pending) keep_error(node, error);

@@ -330,6 +330,16 @@ TEST(CliStudy, ASlurmArrayRunsItsShards) {
   EXPECT_EQ(lines_of(place.read("out/study.csv")).size(), 10u);
 }
 
+TEST(CliStudy, APlotOfNothingIsRefusedAfterTheFirstCases) {
+  const Workplace place;
+  place.write("study.toml", nine() + "[[outputs.plots]]\nx = \"sun.elevation_deg\"\ny = \"lux\"\n");
+  const Finished run = place.run(kStudy);
+  EXPECT_EQ(run.exit_code, 2) << run.err;
+  EXPECT_NE(run.err.find("study.toml:29: key 'outputs.plots.y' = \"lux\""), std::string::npos)
+      << run.err;
+  EXPECT_EQ(case_files(place, ".nc").size(), 3u);
+}
+
 TEST(CliStudy, WrongStudiesAreRefused) {
   const Workplace place;
   place.write("study.toml", nine() + "[[axis]]\nkey = \"earth.ground_albed\"\nvalues = [1]\n");
