@@ -418,6 +418,11 @@ Minimum corrected(UnitProblem& problem, Minimum best, Retrieval& result) {
   return best;
 }
 
+std::string wide_interval(double width) {
+  return fmt::format("its 95 % interval covers {:.0f} % of the allowed range",
+                     100 * std::min(1.0, width));
+}
+
 // What the linearised model says of every parameter.
 void judge_linear(const UnitProblem& problem, const Unit& t, const Linearised& linear,
                   Retrieval& result) {
@@ -457,58 +462,97 @@ void judge_linear(const UnitProblem& problem, const Unit& t, const Linearised& l
       p.reasons.push_back("has no effect on these data");
     } else if (!(width <= kWidestClaim)) {
       p.claimed = false;
-      p.reasons.push_back(fmt::format("its 95 % interval covers {:.0f} % of the allowed range",
-                                      100 * std::min(1.0, width)));
+      p.reasons.push_back(wide_interval(width));
     }
     result.parameters.push_back(std::move(p));
   }
 }
 
-// The least chi squared with parameter i at an end of its range.
-ProfileEnd profile_end(UnitProblem& problem, const Minimum& best, const Linearised& linear,
-                       std::size_t i, double end, const Retrieval& result) {
-  const FreeParameter& p = problem.problem().parameters[i];
-  Unit from = best.at;
-  from[i] = end;
-  // As the linearised model would have the others follow.
-  const auto k = static_cast<Eigen::Index>(i);
-  if (std::isfinite(linear.covariance(k, k))) {
-    for (std::size_t j = 0; j < from.size(); ++j) {
-      if (j == i) continue;
-      const double slope =
-          linear.covariance(static_cast<Eigen::Index>(j), k) / linear.covariance(k, k);
-      from[j] = std::clamp(best.at[j] + slope * (end - best.at[i]), 0.0, 1.0);
-    }
-  }
-  const Minimum there =
-      minimise(problem, from, i, fmt::format("{} = {:.4g}", p.name, from_unit(p, end)));
-  const double scale = result.error_scale;
-  return {from_unit(p, end), (there.chi_squared - best.chi_squared) / (scale * scale)};
-}
+/// The other parameters' best for values of one.
+class Profile {
+ public:
+  Profile(UnitProblem& problem, const Minimum& best, const Linearised& linear, std::size_t i,
+          double error_scale)
+      : problem_(problem), best_(best), linear_(linear), i_(i), scale_(error_scale) {}
 
-// Ends of the range of every parameter that may not be told: beyond the linear model.
+  /// By how much chi squared rises where the parameter is t; `near` is where the others start from.
+  double rise(double t, Unit& near) {
+    const FreeParameter& p = problem_.problem().parameters[i_];
+    const auto k = static_cast<Eigen::Index>(i_);
+    Unit from = near;
+    from[i_] = t;
+    for (std::size_t j = 0; j < from.size(); ++j) {
+      if (j == i_ || !std::isfinite(linear_.covariance(k, k))) continue;
+      // As the linearised model would have them follow.
+      const double slope =
+          linear_.covariance(static_cast<Eigen::Index>(j), k) / linear_.covariance(k, k);
+      from[j] = std::clamp(near[j] + slope * (t - near[i_]), 0.0, 1.0);
+    }
+    const Minimum there =
+        minimise(problem_, from, i_, fmt::format("{} = {:.4g}", p.name, from_unit(p, t)));
+    near = there.at;
+    return std::max(0.0, (there.chi_squared - best_.chi_squared) / (scale_ * scale_));
+  }
+
+  /// Where chi squared has risen by that of a 95 % interval, going down (-1) or up (1): the
+  /// linearised interval's end and on in doubled steps, then in between by the root of the rise,
+  /// which is straight for a linear model. The end of the range where it does not rise so far.
+  double interval_end(int direction) {
+    constexpr int kMostProbes = 5;
+    Unit near = best_.at;
+    double inner = best_.at[i_], inner_root = 0.0;
+    double step = std::clamp(kNormal95 * scale_ * linear_.error(i_), 0.01, 0.5);
+    for (int probe = 0; probe < kMostProbes; ++probe, step *= 2) {
+      const double t = std::clamp(inner + direction * step, 0.0, 1.0);
+      if (t == inner) break;
+      const double root = std::sqrt(rise(t, near));
+      if (root >= kNormal95) {
+        return inner + (t - inner) * (kNormal95 - inner_root) / (root - inner_root);
+      }
+      inner = t;
+      inner_root = root;
+    }
+    return direction < 0 ? 0.0 : 1.0;
+  }
+
+ private:
+  UnitProblem& problem_;
+  const Minimum& best_;
+  const Linearised& linear_;
+  std::size_t i_;
+  double scale_;
+};
+
+// Parameters that may not be told are looked at beyond the linear model.
 void judge_profiles(UnitProblem& problem, const Minimum& best, const Linearised& linear,
                     Retrieval& result) {
   for (std::size_t i = 0; i < best.at.size(); ++i) {
     RetrievedParameter& p = result.parameters[i];
-    // An interval this narrow whose ends are this far away needs no second look.
+    // An error this small of the range needs no second look.
     constexpr double kSureError = 0.02;
     const bool sure = result.error_scale * linear.error(i) < kSureError;
     if (linear.no_effect[i] != 0 || (sure && p.trades_off_with.empty())) continue;
-    p.low_end = profile_end(problem, best, linear, i, 0.0, result);
-    p.high_end = profile_end(problem, best, linear, i, 1.0, result);
-    const auto far_and_open = [&](const ProfileEnd& end, double distance) {
-      if (end.rise >= kProfileRise || distance < kWidestClaim) return;
+    Profile profile(problem, best, linear, i, result.error_scale);
+    const double low = profile.interval_end(-1), high = profile.interval_end(1);
+    p.low_95 = from_unit(p.parameter, low);
+    p.high_95 = from_unit(p.parameter, high);
+    p.profiled = true;
+    if (high - low > kWidestClaim && p.claimed) {
+      p.claimed = false;
+      p.reasons.push_back(wide_interval(high - low));
+    }
+    // Another minimum may lie far away.
+    const auto look_at = [&](double end, std::optional<ProfileEnd>& seen) {
+      Unit near = best.at;
+      seen = ProfileEnd{from_unit(p.parameter, end), profile.rise(end, near)};
+      if (seen->rise >= kProfileRise || std::abs(end - best.at[i]) < kWidestClaim) return;
       p.claimed = false;
       p.reasons.push_back(fmt::format("{:.4g} explains the data as well (chi squared + {:.2g})",
-                                      end.value, std::max(0.0, end.rise)));
+                                      seen->value, seen->rise));
     };
-    far_and_open(*p.low_end, best.at[i]);
-    far_and_open(*p.high_end, 1.0 - best.at[i]);
-    if (p.claimed && p.low_end->rise < kProfileRise && p.high_end->rise < kProfileRise) {
-      p.claimed = false;
-      p.reasons.push_back("both ends of its range explain the data as well");
-    }
+    if (!p.claimed) continue;
+    look_at(0.0, p.low_end);
+    look_at(1.0, p.high_end);
   }
 }
 

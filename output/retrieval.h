@@ -50,7 +50,9 @@ struct RetrievalOptions {
   unsigned seed = 1;         ///< of the hypercube
   /// Step of the derivatives' differences, share of a parameter's range.
   double difference_step = 0.01;
-  bool profiles = true;  ///< look at the ends of the ranges of parameters that may not be told
+  /// Intervals by profiles for parameters that may not be told: with an error above 2 % of their
+  /// range, or that trade off.
+  bool profiles = true;
 };
 
 /// One search.
@@ -73,9 +75,12 @@ struct RetrievedParameter {
   double value = 0.0;
   /// One sigma, the other parameters being free too; infinite where the data say nothing.
   double standard_error = 0.0;
-  double low_95 = 0.0, high_95 = 0.0;  ///< 95 % interval, cut off at the allowed range
-  bool claimed = true;                 ///< whether the data tell it
-  std::vector<std::string> reasons;    ///< why not
+  /// 95 % interval, cut off at the allowed range: of the linearised model, or, `profiled`, where
+  /// chi squared rises by 3.84 with the other parameters fitted anew.
+  double low_95 = 0.0, high_95 = 0.0;
+  bool profiled = false;
+  bool claimed = true;               ///< whether the data tell it
+  std::vector<std::string> reasons;  ///< why not
   /// Parameters whose error is correlated with this one's by more than kTradeOff.
   std::vector<std::pair<std::string, double>> trades_off_with;
   std::string bound_hit;  ///< "lowest", "highest" or empty

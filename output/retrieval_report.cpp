@@ -60,6 +60,7 @@ Json parameter_json(const RetrievedParameter& p) {
                {"claimed", p.claimed},
                {"standard_error", number(p.standard_error)},
                {"interval_95", {p.low_95, p.high_95}},
+               {"interval_by", p.profiled ? "profile" : "linearised model"},
                {"allowed_range", {p.parameter.low, p.parameter.high}},
                {"searched_in_logarithm", p.parameter.logarithmic},
                {"not_claimed_because", p.reasons}};
