@@ -45,6 +45,11 @@ class AtomicFile {
   int descriptor_ = -1;
 };
 
+/// Removes temporary files of AtomicFile that killed programs left in a folder: whose process is
+/// not alive here and which no other machine that shares the folder holds (flock). What cannot be
+/// removed stays.
+void remove_stale_temporaries(const std::filesystem::path& folder);
+
 /// Writes a text file, whole or not at all. Throws as AtomicFile.
 void write_text_file(const std::filesystem::path& path, std::string_view text);
 

@@ -142,6 +142,33 @@ void add_optics(CLI::App& app, CommandLine& line) {
                 "FILE_WASO.nc ..., in place of the layers");
 }
 
+void add_sequence(CLI::App& app, CommandLine& line) {
+  SequenceOptions& options = line.sequence;
+  CLI::App* sub = add_command(app, line, Command::kSequence, "sequence",
+                              "a film of the sky: numbered images, pictures, and MP4 or WebM");
+  const char* const kInstant =
+      "time with offset, as 2003-12-08T17:00:00+01:00, of a scene with a place; else elevation of "
+      "the Sun, degrees";
+  sub->add_option("--from", options.from, kInstant)->required();
+  sub->add_option("--to", options.to, kInstant)->required();
+  sub->add_option("--frames", options.frames, "how many, both ends included: 2..100000")
+      ->required();
+  sub->add_option(
+         "-o,--output", options.directory,
+         "folder for frame_0001.exr, frame_0001.png and on; frames that are there are kept")
+      ->required();
+  sub->add_option("--fps", options.frames_per_second, "frames per second of the film")
+      ->check(CLI::Range(0.1, 1000.0))
+      ->capture_default_str();
+  sub->add_option("--exposure", options.exposure,
+                  "of the pictures: auto follows the sky, smoothed over the frames; or a camera's "
+                  "exposure value at ISO 100, -40..40, for all of them")
+      ->capture_default_str();
+  CLI::Option* none = sub->add_flag("!--no-video", options.video, "no film");
+  sub->add_flag("--webm", options.webm, "film as WebM (VP9), not MP4 (H.264)")->excludes(none);
+  add_field(sub, line);
+}
+
 void add_tradeoff(CLI::App& app, CommandLine& line) {
   TradeoffOptions& options = line.tradeoff;
   CLI::App* sub = add_command(app, line, Command::kTradeoff, "tradeoff",
@@ -212,6 +239,47 @@ void add_fit(CLI::App& app, CommandLine& line) {
   add(SkyForm::kHosek, "nine parameters: Hosek & Wilkie 2012");
 }
 
+void add_retrieve(CLI::App& app, CommandLine& line) {
+  RetrieveOptions& options = line.retrieve;
+  CLI::App* sub = app.add_subcommand(
+      "retrieve",
+      "the air from what was measured of its sky: radiances, zenith curves, photographs");
+  sub->callback([&line] { line.command = Command::kRetrieve; });
+  sub->add_option("MEASURED", options.measured,
+                  "CSV of radiances or of zenith brightness, or a TOML file that describes either "
+                  "or a photograph")
+      ->required();
+  sub->add_option("--scene", line.scene, "scene file (TOML): all that is not free")->required();
+  sub->add_option("--free", options.free,
+                  "keys of the scene to retrieve, as aerosols.optical_depth_550nm,"
+                  "atmosphere.ozone_du=200..500")
+      ->required()
+      ->allow_extra_args(false);
+  sub->add_option("-o,--output", options.directory,
+                  "folder for retrieval.json, residuals, and the scene with the best values")
+      ->required();
+  sub->add_option("--relative-error", options.relative_error,
+                  "standard error over value, of data that say none")
+      ->check(CLI::Range(1e-6, 10.0));
+  sub->add_option(
+         "--search", options.search_quality,
+         "quality of the solver while it searches: draft, fair, standard, high, reference, "
+         "or scene; the scene's own has the last word")
+      ->check(CLI::IsMember({"draft", "fair", "standard", "high", "reference", "scene"}))
+      ->capture_default_str();
+  sub->add_option("--starts", options.search.starts, "searches at most; two that agree are enough")
+      ->check(CLI::Range(1, 100))
+      ->capture_default_str();
+  sub->add_option("--iterations", options.search.most_iterations, "most steps of a search")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  sub->add_option("--seed", options.search.seed, "of the starts")->capture_default_str();
+  sub->add_option("--set", line.overrides, "KEY=VALUE overrides a key of the scene; repeatable")
+      ->allow_extra_args(false);
+  add_threads(sub, line);
+  sub->add_flag("--quiet", line.quiet, "no progress, no summary on standard error");
+}
+
 void add_views(CLI::App* sub, CommandLine& line) {
   sub->add_option("--view", line.views,
                   "EL,AZ in degrees: elevation, and azimuth from the Sun's; repeatable")
@@ -243,6 +311,49 @@ void add_compare(CLI::App& app, CommandLine& line) {
       ->allow_extra_args(false);
   add_threads(sub, line);
   sub->add_flag("--quiet", line.quiet, "no progress, no summary on standard error");
+}
+
+void add_study(CLI::App& app, CommandLine& line) {
+  StudyOptions& options = line.study;
+  CLI::App* sub = add_command(app, line, Command::kStudy, "study",
+                              "many skies: a scene's keys varied ([[axis]]), what is measured of "
+                              "each ([outputs]), as netCDF, CSV, plots and a page");
+  CLI::Option* scene = sub->get_option("SCENE");
+  scene->required(false)->description("study file (TOML)");
+  CLI::Option* output = sub->add_option(
+      "-o,--output", options.directory,
+      "folder for study.nc, study.csv, index.html and each case's own file; a run that was stopped "
+      "goes on with what is there");
+  CLI::Option* one = sub->add_option("--case", options.case_number,
+                                     "compute this case alone, 1.. as --list numbers them, and put "
+                                     "nothing together");
+  CLI::Option* shard =
+      sub->add_option("--shard", options.shard,
+                      "I/N: compute the I-th (1..N) of N parts alone, and put nothing together");
+  sub->add_option("--slurm", options.slurm_tasks,
+                  "N: write DIR/study.sbatch, an array of N shards with predicted time and memory, "
+                  "and stop")
+      ->check(CLI::Range(std::size_t{1}, std::size_t{100000}))
+      ->excludes(one)
+      ->excludes(shard);
+  sub->add_option("--merge", options.merge,
+                  "put together the cases that these folders hold, in the first or that of -o; "
+                  "without study file")
+      ->excludes(one)
+      ->excludes(shard)
+      ->excludes(scene);
+  sub->add_flag("--partial", options.partial, "with --merge: cases that are missing become NaN");
+  sub->add_flag("--list", options.list, "print the cases as CSV and stop");
+  sub->add_flag("--fresh", options.fresh, "compute again what is there already");
+  one->excludes(shard);
+  sub->callback([&line, scene, output] {
+    line.command = Command::kStudy;
+    const StudyOptions& options = line.study;
+    if (!options.merge.empty()) return;
+    if (scene->empty()) throw CLI::RequiredError("SCENE, a study file, or --merge DIR");
+    if (output->empty() && !options.list) throw CLI::RequiredError("-o DIR");
+    if (options.partial) throw CLI::RequiredError("--merge DIR beside --partial");
+  });
 }
 
 // CLI11 says of an unknown command only that it was not expected.
@@ -312,9 +423,12 @@ ParsedCommandLine parse_command_line(int argc, const char* const* argv) {
   add_optics(app, line);
 
   add_tables(app, line);
+  add_sequence(app, line);
   add_tradeoff(app, line);
   add_fit(app, line);
+  add_retrieve(app, line);
   add_compare(app, line);
+  add_study(app, line);
 
   try {
     app.parse(argc, argv);

@@ -7,9 +7,12 @@
 #include <string_view>
 #include <vector>
 
+#include "output/air_retrieval.h"
 #include "output/optics_command.h"
+#include "output/sequence_command.h"
 #include "output/sky_comparison.h"
 #include "output/sky_fit.h"
+#include "output/study_command.h"
 #include "output/tables_command.h"
 #include "output/tradeoff.h"
 #include "sim/sky.h"
@@ -34,9 +37,12 @@ enum class Command {
   kCompare,
   kAerial,
   kTables,
+  kSequence,
   kTradeoff,
   kTradeoffRung,
-  kFit
+  kFit,
+  kStudy,
+  kRetrieve
 };
 
 /// A view as the user gave it, in degrees.
@@ -63,13 +69,16 @@ struct CommandLine {
   std::vector<double> distances_km;  ///< aerial, 0..1e5
   TablesOptions tables;
   OpticsOptions optics;
+  SequenceOptions sequence;
   /// tradeoff; its scene and overrides are those above.
   TradeoffOptions tradeoff;
   /// fit: form and quantity, the Suns of a study that names none, and the file to write.
   SkyFitOptions fit;
   std::vector<double> fit_suns_deg;
   std::filesystem::path fit_output;
+  RetrieveOptions retrieve;      ///< its scene and overrides are those above
   ComparisonOptions comparison;  ///< compare; its overrides are those above
+  StudyOptions study;            ///< its scene (the study file) and overrides are those above
   int parent = 0;                ///< tradeoff-rung: the process that measures it
 
   /// Where the spectral layout goes: "sky.spectral.exr" beside "sky.exr".

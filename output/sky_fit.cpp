@@ -200,7 +200,16 @@ Study study_for_fit(Study study, const std::vector<double>& suns_deg) {
   if (!loaded.origin.contains("solver.method") && !loaded.scene.quality) {
     loaded.scene.solver.method = "orders";
   }
+  if (!study.crossed()) {
+    throw std::invalid_argument(fmt::format(
+        "{}: must cross its axes for twilight fit: no zip, no sampling", study.file.string()));
+  }
   for (StudyAxis& axis : study.axes) {
+    if (!axis.words.empty()) {
+      throw std::invalid_argument(
+          fmt::format("{}: key 'axis.key' = \"{}\": must have numbers as values for twilight fit",
+                      axis.origin, axis.key));
+    }
     if (!is_of_the_sky(axis.key)) {
       throw std::invalid_argument(fmt::format(
           "{}: key 'axis.key' = \"{}\": must be sun.elevation_deg or a number in [earth], "
@@ -217,6 +226,7 @@ Study study_for_fit(Study study, const std::vector<double>& suns_deg) {
     std::ranges::sort(axis.values);
     study.axes.push_back(std::move(axis));
   }
+  study.cross();
   return study;
 }
 

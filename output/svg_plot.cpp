@@ -181,7 +181,7 @@ class PanelDrawing {
     std::size_t next = 0;
     for (std::size_t s = 0; s < series; ++s) next += panel_.series[s].colour.empty() ? 1 : 0;
     const std::string& own = panel_.series[series].colour;
-    return own.empty() ? kColours[next % std::size(kColours)] : own;
+    return own.empty() ? series_colour(next) : own;
   }
 
   void frame() {
@@ -287,13 +287,18 @@ class PanelDrawing {
     const PlotSeries& s = panel_.series[series];
     const std::string shade = colour(series);
     std::string path;
+    bool broken = true;
     for (std::size_t i = 0; i < s.points.size(); ++i) {
-      if (!shows(s.points[i])) continue;
+      if (!shows(s.points[i])) {
+        broken = true;
+        continue;
+      }
       const double u = x_.pixel(s.points[i].first), v = y_.pixel(s.points[i].second);
       if (s.dots) {
         out_ += dot(u, v, shade, s.hollow, s.tooltips.empty() ? "" : s.tooltips.at(i));
       } else {
-        path += fmt::format("{}{:.1f} {:.1f}", path.empty() ? "M" : "L", u, v);
+        path += fmt::format("{}{:.1f} {:.1f}", broken ? "M" : "L", u, v);
+        broken = false;
       }
     }
     if (path.empty()) return;
@@ -356,6 +361,8 @@ class PanelDrawing {
 };
 
 }  // namespace
+
+std::string series_colour(std::size_t index) { return kColours[index % std::size(kColours)]; }
 
 std::string svg_plot(const std::string& title, const std::vector<PlotPanel>& panels, int columns) {
   if (panels.empty()) throw std::invalid_argument("plot has 0 panels; at least 1 is needed");

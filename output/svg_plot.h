@@ -1,6 +1,7 @@
 // Plots of points and lines as SVG.
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -39,9 +40,12 @@ struct PlotPanel {
   std::vector<PlotSeries> series;
 };
 
+/// The palette that series take their colours from, over and over: "#rrggbb".
+std::string series_colour(std::size_t index);
+
 /// Panels in rows of `columns` (>= 1) under one title, as the text of an SVG file; each 760 x 520
 /// pixels. Texts beside points are moved apart: each takes the first of sixteen places about its
-/// dot that hides no dot and no text. Points that are not finite are left out.
+/// dot that hides no dot and no text. Points that are not finite are left out and break their line.
 /// Throws std::invalid_argument where there is no panel or a mark names no point.
 std::string svg_plot(const std::string& title, const std::vector<PlotPanel>& panels, int columns);
 

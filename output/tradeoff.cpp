@@ -19,6 +19,7 @@
 #include "output/checksum.h"
 #include "output/child_run.h"
 #include "output/command_line.h"
+#include "sim/scene_aerosols.h"
 #include "sim/scene_file.h"
 
 namespace twilight {
@@ -44,13 +45,15 @@ std::string files_of(const Scene& scene) {
   for (const auto& file : {scene.atmosphere.optical_layers, scene.atmosphere.profile_file}) {
     if (file) all += whole_file(*file);
   }
+  for (const fs::path& file : aerosol_files(scene)) all += whole_file(file);
   return all;
 }
 
 // The scene of a ladder or rung, ready to be printed: it must mean the same in any folder, and what
 // a map looks like is no part of it.
 Scene portable(Scene scene) {
-  for (auto* file : {&scene.atmosphere.optical_layers, &scene.atmosphere.profile_file}) {
+  for (auto* file : {&scene.atmosphere.optical_layers, &scene.atmosphere.profile_file,
+                     &scene.aerosols.mixture}) {
     if (*file) *file = fs::absolute(**file).string();
   }
   scene.output = {};

@@ -307,7 +307,7 @@ std::optional<std::string> why_inapplicable(const Rung& rung, const Scene& scene
   if (scene.atmosphere.profile_file && changes("atmosphere.profile=")) {
     return "the scene brings its own profile";
   }
-  if (rung.needs == RungNeeds::kAerosols && scene.aerosols.type == "none" && !own_layers) {
+  if (rung.needs == RungNeeds::kAerosols && !has_aerosol(scene) && !own_layers) {
     return "the scene has no aerosol";
   }
   return std::nullopt;

@@ -25,7 +25,9 @@
 #include "output/fit_file.h"
 #include "output/fit_report.h"
 #include "output/optics_command.h"
+#include "output/retrieve_command.h"
 #include "output/scene_map.h"
+#include "output/sequence_command.h"
 #include "output/sky_commands.h"
 #include "output/sky_fit.h"
 #include "output/study_axes.h"
@@ -55,8 +57,7 @@ void sun(Run& run) {
   // Where the Sun is seen depends on the air's refractive index alone: one wavelength, no aerosol.
   Scene scene = run.scene;
   constexpr double kWavelengthNm = 550.0;
-  scene.aerosols.type = "none";
-  scene.aerosols.optical_depth_550nm.reset();
+  remove_aerosols(scene);
   scene.spectrum.solved_nm.clear();
   if (!scene.atmosphere.optical_layers) scene.spectrum.wavelengths_nm = {kWavelengthNm};
   const SceneModel model = build_scene_model(scene);
@@ -214,12 +215,16 @@ void tradeoff_rung(const CommandLine& line) {
 bool solves(Command command) {
   return command == Command::kRender || command == Command::kRadiance ||
          command == Command::kAerial || command == Command::kIrradiance ||
-         command == Command::kSolve || command == Command::kTables;
+         command == Command::kSolve || command == Command::kTables || command == Command::kSequence;
 }
 
 void run_command(const CommandLine& line, spdlog::logger& log) {
   if (line.command == Command::kTradeoffRung) return tradeoff_rung(line);
   if (line.command == Command::kCompare) return compare(line, log);
+  if (line.command == Command::kStudy) {
+    Run run(line, {}, log, stop_requested);
+    return study(run);
+  }
   std::optional<Study> study;
   const LoadedScene loaded = checking_input([&] {
     if (line.command != Command::kFit) return load_scene(line.scene, line.overrides);
@@ -256,6 +261,8 @@ void run_command(const CommandLine& line, spdlog::logger& log) {
       return optics(run);
     case Command::kTables:
       return tables(run);
+    case Command::kSequence:
+      return sequence(run);
     case Command::kTradeoff:
       // Its rungs say themselves what they model.
       run.scene.quality.reset();
@@ -263,8 +270,11 @@ void run_command(const CommandLine& line, spdlog::logger& log) {
       return tradeoff(run);
     case Command::kFit:
       return fit(run, *study);
+    case Command::kRetrieve:
+      return retrieve_air(run, loaded);
     case Command::kCompare:
     case Command::kTradeoffRung:
+    case Command::kStudy:
       return;  // have no scene of their own
   }
 }
@@ -292,9 +302,13 @@ int program(int argc, char** argv) {
     run_command(*parsed.command, log);
     return kExitSuccess;
   } catch (const Cancelled&) {
-    const bool keeps = parsed.command->command == Command::kTradeoff;
-    log.error("twilight: stopped; {}",
-              keeps ? "rungs that are done are kept for the next time" : "nothing was written");
+    const Command command = parsed.command->command;
+    const char* const kept =
+        command == Command::kTradeoff   ? "rungs that are done are kept for the next time"
+        : command == Command::kStudy    ? "cases that are done are kept for the next time"
+        : command == Command::kSequence ? "frames that are done are kept for the next time"
+                                        : "nothing was written";
+    log.error("twilight: stopped; {}", kept);
     return kExitInterrupted;
   } catch (const BadInput& error) {
     log.error("twilight: {}", error.what());

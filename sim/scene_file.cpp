@@ -12,6 +12,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "aerosols/mixture_file.h"
 #include "atmosphere/optical_layers.h"
 #include "atmosphere/uvspec_profile.h"
 #include "sim/models/fit_coefficients.h"
@@ -105,10 +106,18 @@ constexpr SceneKey kKeys[] = {
     {"aerosols.type", TWILIGHT_FIELD(aerosols.type),
      "none, continental_clean, continental_average, continental_polluted, urban, desert, "
      "maritime_clean, maritime_polluted, maritime_tropical, arctic, antarctic"},
+    {"aerosols.mixture", TWILIGHT_FIELD(aerosols.mixture),
+     "file of a mixture in place of type; a relative path starts at this file's folder", "none"},
     {"aerosols.relative_humidity_percent", TWILIGHT_FIELD(aerosols.relative_humidity_percent),
-     "of the mixing layer, 0..99"},
+     "of the mixing layer, and of a mixture's layers that name none, 0..99"},
+    {"aerosols.humidity", TWILIGHT_FIELD(aerosols.humidity),
+     "mixing-layer (as above; OPAC's above that layer), or profile (the atmosphere's water vapour "
+     "at every height, at most 99 %)"},
     {"aerosols.optical_depth_550nm", TWILIGHT_FIELD(aerosols.optical_depth_550nm),
      "0..100: scales the aerosol column to this optical depth; auto: the type's own", "auto"},
+    {"aerosols.angstrom_exponent", TWILIGHT_FIELD(aerosols.angstrom_exponent),
+     "-1..4, of the column between 440 and 870 nm: scales coarse particles against fine ones; auto: "
+     "the mixture's own", "auto"},
     {"aerosols.phase", TWILIGHT_FIELD(aerosols.phase),
      "mie (the mixture's scattering matrix, polarised), or henyey-greenstein; auto: mie, "
      "henyey-greenstein for cells and optical_layers, which know no other", "auto"},
@@ -118,6 +127,16 @@ constexpr SceneKey kKeys[] = {
      "whether the aerosol above it, to 12 km, takes part"},
     {"aerosols.stratosphere", TWILIGHT_FIELD(aerosols.stratosphere),
      "whether the aerosol at 12..35 km takes part"},
+
+    {"volcanic_sulfate.optical_depth_550nm", TWILIGHT_FIELD(volcanic_sulfate.optical_depth_550nm),
+     "0..10, of a layer of sulphuric acid droplets on top of [aerosols]; 0 = none"},
+    {"volcanic_sulfate.bottom_km", TWILIGHT_FIELD(volcanic_sulfate.bottom_km), "0..120 km"},
+    {"volcanic_sulfate.top_km", TWILIGHT_FIELD(volcanic_sulfate.top_km), "above bottom_km, to 120 km"},
+
+    {"dust_layer.optical_depth_550nm", TWILIGHT_FIELD(dust_layer.optical_depth_550nm),
+     "0..10, of a layer of mineral dust from afar on top of [aerosols]; 0 = none"},
+    {"dust_layer.bottom_km", TWILIGHT_FIELD(dust_layer.bottom_km), "0..120 km"},
+    {"dust_layer.top_km", TWILIGHT_FIELD(dust_layer.top_km), "above bottom_km, to 120 km"},
 
     {"spectrum.wavelengths_nm", TWILIGHT_FIELD(spectrum.wavelengths_nm),
      "1..64 wavelengths, strictly increasing within 280..1000 nm"},
@@ -623,6 +642,33 @@ void resolve_profile_file(LoadedScene& loaded) {
   }
 }
 
+bool overridden(const LoadedScene& loaded, std::string_view key) {
+  const auto it = loaded.origin.find(key);
+  return it != loaded.origin.end() && it->second.starts_with(kOverride);
+}
+
+// Finds the mixture file beside the scene file and checks it whole.
+void resolve_mixture(LoadedScene& loaded) {
+  AerosolOptions& aerosols = loaded.scene.aerosols;
+  if (overridden(loaded, "aerosols.type") && !overridden(loaded, "aerosols.mixture")) {
+    throw std::invalid_argument(loaded.complaint(
+        "aerosols.type", fmt::format("= \"{}\": must not be set where aerosols.mixture takes its "
+                                     "place; set aerosols.mixture=none too",
+                                     aerosols.type)));
+  }
+  const std::string given = *aerosols.mixture;
+  std::filesystem::path file = given;
+  if (file.is_relative()) file = loaded.file.parent_path() / file;
+  file = file.lexically_normal();
+  if (given.empty() || !std::filesystem::is_regular_file(file)) {
+    throw std::invalid_argument(loaded.complaint(
+        "aerosols.mixture", fmt::format("= {}: must be a mixture file; there is none at {}",
+                                        toml_string(given), file.string())));
+  }
+  read_mixture_file(file);
+  aerosols.mixture = file.string();
+}
+
 // Finds a fit's coefficients beside the scene file and checks them whole; they come with their own
 // wavelengths.
 void resolve_fit(LoadedScene& loaded) {
@@ -642,11 +688,6 @@ void resolve_fit(LoadedScene& loaded) {
   if (!loaded.origin.contains("spectrum.wavelengths_nm")) {
     loaded.scene.spectrum.wavelengths_nm = std::move(held);
   }
-}
-
-bool overridden(const LoadedScene& loaded, std::string_view key) {
-  const auto it = loaded.origin.find(key);
-  return it != loaded.origin.end() && it->second.starts_with(kOverride);
 }
 
 // A quality or a budget sets the method and its steps, but for the keys that the same file (or
@@ -714,6 +755,7 @@ void finish(LoadedScene& loaded, std::span<const std::string> overrides) {
   resolve_quality(loaded);
   if (loaded.scene.atmosphere.optical_layers) resolve_optical_layers(loaded);
   if (loaded.scene.atmosphere.profile_file) resolve_profile_file(loaded);
+  if (loaded.scene.aerosols.mixture) resolve_mixture(loaded);
   if (loaded.scene.solver.method.starts_with(kFitMethodPrefix)) resolve_fit(loaded);
 
   const Scene& scene = loaded.scene;
@@ -741,11 +783,34 @@ std::string suggested_key(std::string_view unknown) { return suggestion(unknown)
 
 LoadedScene load_scene(const std::filesystem::path& file, std::span<const std::string> overrides,
                        std::span<const std::string_view> not_of_scene) {
-  LoadedScene loaded;
-  loaded.file = file;
-  read_file(loaded, not_of_scene);
+  return SceneSource(file, not_of_scene).with(overrides);
+}
+
+SceneSource::SceneSource(const std::filesystem::path& file,
+                         std::span<const std::string_view> not_of_scene) {
+  read_.file = file;
+  read_file(read_, not_of_scene);
+}
+
+LoadedScene SceneSource::with(std::span<const std::string> overrides) const {
+  LoadedScene loaded = read_;
   finish(loaded, overrides);
   return loaded;
+}
+
+SceneSource SceneSource::without(std::span<const std::string_view> keys) const {
+  SceneSource rest = *this;
+  for (const std::string_view name : keys) {
+    std::visit(
+        [](auto* value) {
+          if constexpr (requires { value->reset(); }) value->reset();
+        },
+        find_key(name)->field(rest.read_.scene));
+    if (const auto said = rest.read_.origin.find(name); said != rest.read_.origin.end()) {
+      rest.read_.origin.erase(said);
+    }
+  }
+  return rest;
 }
 
 LoadedScene load_scene_text(const std::string& toml, const std::filesystem::path& name,
@@ -796,6 +861,7 @@ std::vector<std::pair<std::string, std::string>> scene_settings(const Scene& sce
       continue;
     }
     if (scene.atmosphere.profile_file && key.name == "atmosphere.profile") continue;
+    if (scene.aerosols.mixture && key.name == "aerosols.type") continue;
     const SceneField field = key.field(copy);
     std::string text;
     if (const auto* word = std::get_if<std::string*>(&field))

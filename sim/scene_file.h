@@ -59,6 +59,22 @@ LoadedScene load_scene(const std::filesystem::path& file,
                        std::span<const std::string> overrides = {},
                        std::span<const std::string_view> not_of_scene = {});
 
+/// A scene file that is read once and finished with other overrides again and again (the cases of
+/// a study).
+class SceneSource {
+ public:
+  /// Reads the file. Throws as load_scene().
+  explicit SceneSource(const std::filesystem::path& file,
+                       std::span<const std::string_view> not_of_scene = {});
+  /// As load_scene() with these overrides.
+  LoadedScene with(std::span<const std::string> overrides) const;
+  /// The same file without what it says of these keys, which need no value.
+  SceneSource without(std::span<const std::string_view> keys) const;
+
+ private:
+  LoadedScene read_;
+};
+
 /// "; did you mean 'x'?", or nothing where no known key is near.
 std::string suggested_key(std::string_view unknown);
 

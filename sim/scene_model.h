@@ -1,16 +1,12 @@
 // A scene made physical: Sun, local Earth radius, optical medium.
 #pragma once
 
-#include <map>
 #include <memory>
 #include <optional>
-#include <span>
-#include <string>
-#include <utility>
 #include <vector>
 
+#include "aerosols/known_phases.h"
 #include "atmosphere/medium.h"
-#include "atmosphere/phase_matrix.h"
 #include "atmosphere/two_constituent_air.h"
 #include "sim/orders_field.h"
 #include "sim/run_control.h"
@@ -35,19 +31,17 @@ struct SceneModel {
   std::vector<double> solar_irradiance;  ///< at the actual distance, W m^-2 nm^-1, per wavelength
 };
 
-/// Scattering matrices computed before, for scenes that share aerosols and wavelengths: they are
-/// what a model takes longest for.
-class KnownPhases {
- public:
-  /// As opac_aerosol_phases(), of which it computes what it does not hold.
-  std::vector<std::vector<PhaseMatrix>> phases(const std::string& type,
-                                               double relative_humidity_percent,
-                                               std::span<const double> wavelength_nm);
-
- private:
-  using State = std::pair<std::string, double>;
-  std::map<State, std::map<double, std::vector<PhaseMatrix>>> known_;  // [wavelength][layer]
+/// Where the Sun stands over the observer, and the Earth's curve there.
+struct PlacedSun {
+  double elevation_rad = 0.0;  ///< geometric
+  double azimuth_rad = 0.0;    ///< clockwise from north
+  double distance_au = 1.0;
+  double earth_radius_km = 6371.0;
 };
+
+/// Of a valid scene, from its place and time or its [sun]; of the Earth's radius where
+/// earth.radius_km is unset.
+PlacedSun placed_sun(const Scene& scene);
 
 /// Wavelengths that are solved: spectrum.solved_nm, or all.
 const std::vector<double>& solved_wavelengths_nm(const SpectrumOptions& spectrum);
@@ -83,5 +77,16 @@ FieldSky solve_sky_and_field(const SceneModel& model, const RunControl& control 
 /// and ground (read_field in output/field_file.h makes sure of that). Throws as solve_field.
 FieldSky sky_from_field(const SceneModel& model, std::shared_ptr<const OrdersField> field,
                         const RunControl& control = {});
+
+/// A solved atmosphere that skies of many Suns and observers share (sim/orders_atmosphere.h).
+class OrdersAtmosphere;
+std::shared_ptr<const OrdersAtmosphere> solve_atmosphere(const SceneModel& model,
+                                                         const RunControl& control = {});
+/// The sky of the model (its Sun, its observer) in an atmosphere that was solved for a model with
+/// the same medium, ground and solver: bit for bit what solve_sky() of the model gives.
+/// Milliseconds. Throws as solve_field.
+std::unique_ptr<Sky> sky_in_atmosphere(const SceneModel& model,
+                                       std::shared_ptr<const OrdersAtmosphere> atmosphere,
+                                       const RunControl& control = {});
 
 }  // namespace twilight

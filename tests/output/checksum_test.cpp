@@ -12,5 +12,12 @@ TEST(Checksum, MeetsThePublishedVectors) {
   EXPECT_EQ(fnv1a64(std::string_view("foobar")), "85944171f73967e8");
 }
 
+TEST(Checksum, MeetsThePublishedVectorsOf128Bits) {
+  // The same source.
+  EXPECT_EQ(fnv1a128(""), "6c62272e07bb014262b821756295c58d");
+  EXPECT_EQ(fnv1a128("a"), "d228cb696f1a8caf78912b704e4a8964");
+  EXPECT_EQ(fnv1a128("foobar"), "343e1662793c64bf6f0d3597ba446f18");
+}
+
 }  // namespace
 }  // namespace twilight

@@ -87,8 +87,11 @@ TEST_F(StudyAxes, ComplaintsNameFileLineKeyAndValue) {
       refusal(axis("key = \"earth.ground_albed\"\nvalues = [1]\n")),
       testing::AllOf(HasSubstr("study.toml:4: key 'axis.key' = "), HasSubstr("earth.ground_albed"),
                      HasSubstr("did you mean 'earth.ground_albedo'?")));
-  EXPECT_THAT(refusal(axis("key = \"aerosols.type\"\nvalues = [1]\n")),
-              HasSubstr("must be a key that holds a number"));
+  EXPECT_THAT(
+      refusal(axis("key = \"aerosols.type\"\nvalues = [1]\n")),
+      testing::AllOf(HasSubstr("study.toml:4:"), HasSubstr("'aerosols.type' = 1: must be a")));
+  EXPECT_THAT(refusal(axis("key = \"spectrum.solved_nm\"\nvalues = [1]\n")),
+              HasSubstr("must be a key that holds one value"));
   EXPECT_THAT(refusal(axis("key = \"earth.ground_albedo\"\nvalues = [0.1, 1.4]\n")),
               testing::AllOf(HasSubstr("study.toml:4:"), HasSubstr("= 1.4: must be 0..1")));
   EXPECT_THAT(refusal(axis("key = \"earth.ground_albedo\"\nvalues = []\n")),
@@ -96,7 +99,7 @@ TEST_F(StudyAxes, ComplaintsNameFileLineKeyAndValue) {
   EXPECT_THAT(refusal(axis("key = \"earth.ground_albedo\"\nvalues = [0.1, 0.1]\n")),
               HasSubstr("has the value 0.1 twice"));
   EXPECT_THAT(refusal(axis("key = \"earth.ground_albedo\"\nvalues = [\"a\"]\n")),
-              HasSubstr("must be a finite number"));
+              HasSubstr("must be a number"));
   EXPECT_THAT(refusal(axis("key = \"earth.ground_albedo\"\nvalue = [0.1]\n")),
               HasSubstr("key 'axis.value' = "));
   EXPECT_THAT(refusal(axis("key = \"earth.ground_albedo\"\nfrom = 0\nto = 1\ncount = 1\n")),
@@ -118,6 +121,133 @@ TEST_F(StudyAxes, ASceneIsNamedOrGivenNotBoth) {
   write("scene.toml", kScene);
   EXPECT_THAT(refusal("scene = \"scene.toml\"\n" + std::string(kScene)),
               HasSubstr("study.toml:2: key 'sun' must not be given beside 'scene'"));
+}
+
+TEST_F(StudyAxes, MayBeWordsAndTruths) {
+  const Study s = study(std::string(kScene) + R"([[axis]]
+key = "aerosols.type"
+values = ["desert", "urban"]
+[[axis]]
+key = "aerosols.stratosphere"
+values = [true, false]
+)");
+  EXPECT_EQ(s.nodes(), 4u);
+  const Scene scene = s.scene_at(2).scene;
+  EXPECT_EQ(scene.aerosols.type, "urban");
+  EXPECT_TRUE(scene.aerosols.stratosphere);
+  EXPECT_EQ(s.place(1), "aerosols.type = desert, aerosols.stratosphere = false");
+  EXPECT_THAT(refusal(std::string(kScene) +
+                      "[[axis]]\nkey = \"aerosols.type\"\nvalues = [\"desert\", 3]\n"),
+              HasSubstr("must be all numbers, all words"));
+}
+
+TEST_F(StudyAxes, OfTheSunTakeThePlaceOfPlaceAndTime) {
+  const Study s = study(R"([observer]
+latitude_deg = 49
+longitude_deg = 7
+time = "2003-12-08T17:00:00+01:00"
+[[axis]]
+key = "sun.elevation_deg"
+values = [7, 2]
+)");
+  EXPECT_TRUE(s.scene.scene.observer.time);
+  EXPECT_EQ(s.scene_at(1).scene.sun.elevation_deg, 2);
+  EXPECT_FALSE(s.scene_at(1).scene.observer.time);
+}
+
+constexpr const char* kTwoAxes = R"([[axis]]
+key = "earth.ground_albedo"
+values = [0.1, 0.5, 0.1]
+zip = "surface"
+[[axis]]
+key = "sun.elevation_deg"
+values = [4, 2]
+[[axis]]
+key = "atmosphere.ozone_du"
+values = [200, 300, 400]
+zip = "surface"
+)";
+
+TEST_F(StudyAxes, OfOneZipMoveTogetherCrossedWithTheOthers) {
+  const Study s = study(kScene + std::string(kTwoAxes));
+  EXPECT_EQ(s.nodes(), 6u);
+  EXPECT_FALSE(s.crossed());
+  EXPECT_THAT(s.values_at(3), ElementsAre(0.5, 2, 300));
+  EXPECT_THAT(s.values_at(4), ElementsAre(0.1, 4, 400));
+}
+
+TEST_F(StudyAxes, AllZippedAreAList) {
+  const Study s = study(R"(sampling = "zipped"
+[[axis]]
+key = "earth.ground_albedo"
+values = [0.1, 0.5]
+[[axis]]
+key = "sun.elevation_deg"
+from = 3
+to = 9
+count = 2
+)");
+  EXPECT_EQ(s.nodes(), 2u);
+  EXPECT_THAT(s.values_at(1), ElementsAre(0.5, 9));
+  EXPECT_THAT(refusal(R"(sampling = "zipped"
+[[axis]]
+key = "earth.ground_albedo"
+values = [0.1, 0.5, 0.7]
+[[axis]]
+key = "sun.elevation_deg"
+values = [1, 2]
+)"),
+              HasSubstr("axis 'sun.elevation_deg' has 2 values: must have 3"));
+}
+
+// The law of the design: of every axis each of N equal steps holds exactly one of N points.
+TEST_F(StudyAxes, ALatinHypercubeHitsEveryStepOfEveryAxisOnce) {
+  const auto cube = [&](int seed) {
+    return study("sampling = \"latin-hypercube\"\nsamples = 37\nseed = " + std::to_string(seed) +
+                 "\n" + kScene + R"([[axis]]
+key = "earth.ground_albedo"
+from = 0
+to = 1
+[[axis]]
+key = "aerosols.optical_depth_550nm"
+from = 0.01
+to = 1
+spacing = "log"
+[[axis]]
+key = "sun.elevation_deg"
+values = [4, 2]
+)");
+  };
+  const Study s = cube(5);
+  EXPECT_EQ(s.nodes(), 74u);
+  std::vector<int> linear(37), logarithmic(37);
+  for (std::size_t node = 0; node < s.nodes(); node += 2) {
+    const std::vector<double> v = s.values_at(node);
+    ++linear.at(static_cast<std::size_t>(v[0] * 37));
+    ++logarithmic.at(static_cast<std::size_t>(std::log(v[1] / 0.01) / std::log(100.0) * 37));
+  }
+  EXPECT_THAT(linear, testing::Each(1));
+  EXPECT_THAT(logarithmic, testing::Each(1));
+  EXPECT_EQ(cube(5).axes[0].values, s.axes[0].values);
+  EXPECT_NE(cube(6).axes[0].values, s.axes[0].values);
+  EXPECT_NE(s.axes[0].values, s.axes[1].values);
+}
+
+TEST_F(StudyAxes, SamplingKeysAreChecked) {
+  EXPECT_THAT(refusal("sampling = \"random\"\n" + std::string(kScene)),
+              HasSubstr("study.toml:1: key 'sampling' = 'random': must be \"crossed\""));
+  EXPECT_THAT(refusal("samples = 5\n" + std::string(kScene)),
+              HasSubstr("must only be given where sampling is \"latin-hypercube\""));
+  EXPECT_THAT(refusal("sampling = \"latin-hypercube\"\nsamples = 1\n" + std::string(kScene)),
+              HasSubstr("must be an integer, 2..100000"));
+}
+
+TEST_F(StudyAxes, FitsTakeNeitherWordsNorLists) {
+  EXPECT_THROW(study_for_fit(study(kScene + std::string(kTwoAxes)), {}), std::invalid_argument);
+  EXPECT_THROW(study_for_fit(study(kScene + std::string("[[axis]]\nkey = \"aerosols.type\"\n"
+                                                        "values = [\"desert\"]\n")),
+                             {}),
+               std::invalid_argument);
 }
 
 TEST_F(StudyAxes, FitsTakeAxesOfTheSkyAlone) {
