@@ -1,7 +1,10 @@
 // Optics of an aerosol component from its microphysics.
 #pragma once
 
+#include <complex>
+
 #include "aerosols/components.h"
+#include "aerosols/size_distribution.h"
 
 namespace twilight {
 
@@ -25,5 +28,12 @@ inline constexpr int kRadiiPerEfold = 1600;
 /// Throws std::invalid_argument for a wavelength out of range or radii_per_efold < 1.
 ComponentOptics integrate_component(const ComponentState& state, double wavelength_nm,
                                     int radii_per_efold = kRadiiPerEfold);
+
+/// The same integrals for spheres of any sizes and one refractive index m = n - i k relative to air
+/// (k >= 0 absorbs), at a wavelength in nm; for dN/d ln r in cm^-3 the coefficients are km^-1.
+/// Throws std::invalid_argument for radii_per_efold < 1, a range of radii or a wavelength that is
+/// not positive, sizes that do not scatter, and what mie_efficiencies() refuses.
+ComponentOptics integrate_spheres(const SizeDistribution& sizes, std::complex<double> index,
+                                  double wavelength_nm, int radii_per_efold = kRadiiPerEfold);
 
 }  // namespace twilight

@@ -48,14 +48,41 @@ HumidityClasses humidity_classes(AerosolComponent component, double relative_hum
   const auto first = static_cast<std::size_t>(states.data() - component_states().data());
   if (states.size() == 1) return {first, first, 0.0};
 
+  std::array<double, 8> percents{};
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    percents[i] = states[i].relative_humidity_percent;
+  }
+  HumidityClasses classes = humidity_classes(std::span(percents).first(states.size()), humidity);
+  classes.low += first;
+  classes.high += first;
+  return classes;
+}
+
+HumidityClasses humidity_classes(std::span<const double> percents, double humidity) {
+  if (percents.size() == 1) return {};
+  if (!(humidity >= percents.front() && humidity <= percents.back())) {
+    throw std::invalid_argument("relative humidity " + std::to_string(humidity) +
+                                " % of the aerosol is outside " + std::to_string(percents.front()) +
+                                ".." + std::to_string(percents.back()) + " %");
+  }
   std::size_t i = 0;  // the class at or below the humidity, not the last one
-  while (i + 2 < states.size() && states[i + 1].relative_humidity_percent <= humidity) ++i;
-  const double low_percent = states[i].relative_humidity_percent;
-  const double high_percent = states[i + 1].relative_humidity_percent;
-  const double fraction = i == 0 ? (humidity - low_percent) / (high_percent - low_percent)
-                                 : std::log((100.0 - humidity) / (100.0 - low_percent)) /
-                                       std::log((100.0 - high_percent) / (100.0 - low_percent));
-  return {first + i, first + i + 1, fraction};
+  while (i + 2 < percents.size() && percents[i + 1] <= humidity) ++i;
+  const double low = percents[i], high = percents[i + 1];
+  const double fraction = low == 0.0 ? (humidity - low) / (high - low)
+                                     : std::log((100.0 - humidity) / (100.0 - low)) /
+                                           std::log((100.0 - high) / (100.0 - low));
+  return {i, i + 1, fraction};
+}
+
+ComponentOptics between_humidities(const ComponentOptics& low, const ComponentOptics& high,
+                                   double fraction, bool from_dry) {
+  // A dry particle is no dilute droplet: the power law does not reach down to 0 %.
+  const auto between = [&](double from, double to) {
+    return from_dry ? std::lerp(from, to, fraction) : geometric(from, to, fraction);
+  };
+  return {.scattering_per_km = between(low.scattering_per_km, high.scattering_per_km),
+          .absorption_per_km = between(low.absorption_per_km, high.absorption_per_km),
+          .asymmetry = std::lerp(low.asymmetry, high.asymmetry, fraction)};
 }
 
 ComponentOptics component_optics(AerosolComponent component, double relative_humidity_percent,
@@ -68,15 +95,8 @@ ComponentOptics component_optics(AerosolComponent component, double relative_hum
   }
   const ComponentOptics low = at_wavelength(low_state, wavelength_nm);
   if (low_state == high_state) return low;
-  const ComponentOptics high = at_wavelength(high_state, wavelength_nm);
-  // A dry particle is no dilute droplet: the power law does not reach down to 0 %.
-  const bool dry = component_states()[low_state].relative_humidity_percent == 0.0;
-  const auto between = [&](double from, double to) {
-    return dry ? std::lerp(from, to, t) : geometric(from, to, t);
-  };
-  return {.scattering_per_km = between(low.scattering_per_km, high.scattering_per_km),
-          .absorption_per_km = between(low.absorption_per_km, high.absorption_per_km),
-          .asymmetry = std::lerp(low.asymmetry, high.asymmetry, t)};
+  return between_humidities(low, at_wavelength(high_state, wavelength_nm), t,
+                            component_states()[low_state].relative_humidity_percent == 0.0);
 }
 
 }  // namespace twilight

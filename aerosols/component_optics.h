@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstddef>
+#include <span>
 
 #include "aerosols/component_mie.h"
 #include "aerosols/components.h"
@@ -41,6 +42,16 @@ struct HumidityClasses {
 
 /// The classes of a relative humidity in percent, 0..99, else throws std::invalid_argument.
 HumidityClasses humidity_classes(AerosolComponent component, double relative_humidity_percent);
+
+/// The same for states at any humidities, strictly increasing: `low` and `high` index them. One
+/// state serves every humidity; else one outside theirs throws std::invalid_argument.
+HumidityClasses humidity_classes(std::span<const double> state_humidity_percent,
+                                 double relative_humidity_percent);
+
+/// Optics between two states, `fraction` of the way in the sense of HumidityClasses: as
+/// component_optics() says. `from_dry`: the lower state is at 0 %.
+ComponentOptics between_humidities(const ComponentOptics& low, const ComponentOptics& high,
+                                   double fraction, bool from_dry);
 
 /// Optics of a component per particle cm^-3 (Haber et al. 2005, Sec. 4.1.1) at a relative
 /// humidity in percent, 0..99, and a wavelength in nm, 280..1000.

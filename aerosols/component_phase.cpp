@@ -50,9 +50,9 @@ double wave_number_per_um(double wavelength_nm) {
   return 2.0 * std::numbers::pi / (wavelength_nm * 1e-3);
 }
 
-// Orders of a state's largest sphere, with some to spare.
-std::size_t orders_needed(const ComponentState& state, double wavelength_nm) {
-  const double x = wave_number_per_um(wavelength_nm) * state.sizes.largest_radius_um;
+// Orders of the largest sphere, with some to spare.
+std::size_t orders_needed(double largest_radius_um, double wavelength_nm) {
+  const double x = wave_number_per_um(wavelength_nm) * largest_radius_um;
   return static_cast<std::size_t>(x + 4.05 * std::cbrt(x) + 6.0);
 }
 
@@ -82,6 +82,9 @@ void add(const PairedAmplitudes& s, std::span<const double> particles, MatrixSum
 }
 
 PhaseMatrix normalised(const std::vector<MatrixSum>& sum) {
+  if (!std::ranges::any_of(sum, [](const MatrixSum& s) { return s.f11 > 0.0; })) {
+    throw std::invalid_argument("the size distribution holds no particles that scatter");
+  }
   PhaseMatrix phase;
   const std::span<const double> angles = phase_angles_rad();
   phase.angle_rad.assign(angles.begin(), angles.end());
@@ -102,11 +105,9 @@ PhaseMatrix normalised(const std::vector<MatrixSum>& sum) {
   return phase;
 }
 
-PhaseMatrix integrate(const ComponentState& state, double wavelength_nm,
+PhaseMatrix integrate(const SizeDistribution& sizes, std::complex<double> m, double wavelength_nm,
                       const AngularFunctions& functions, int radii_per_efold) {
-  const std::complex<double> m = refractive_index(state, wavelength_nm);
   const double wave_number = wave_number_per_um(wavelength_nm);
-  const LognormalSizeDistribution& sizes = state.sizes;
   const double log_span = std::log(sizes.largest_radius_um / sizes.smallest_radius_um);
   const int radii = static_cast<int>(std::ceil(log_span * radii_per_efold));
   const double step = log_span / radii;
@@ -162,30 +163,49 @@ PhaseMatrix integrate_component_phase(const ComponentState& state, double wavele
     throw std::invalid_argument("radii per e-fold " + std::to_string(radii_per_efold) +
                                 " must be at least 1");
   }
-  refractive_index(state, wavelength_nm);  // checks the wavelength
-  const AngularFunctions functions(cosines_to_90_deg(), orders_needed(state, wavelength_nm));
-  return integrate(state, wavelength_nm, functions, radii_per_efold);
+  const std::complex<double> m = refractive_index(state, wavelength_nm);  // checks the wavelength
+  const AngularFunctions functions(cosines_to_90_deg(),
+                                   orders_needed(state.sizes.largest_radius_um, wavelength_nm));
+  return integrate(state.sizes, m, wavelength_nm, functions, radii_per_efold);
+}
+
+std::vector<PhaseMatrix> sphere_phases(std::span<const SpheresAtWavelength> wanted) {
+  std::size_t orders = 0;
+  for (const SpheresAtWavelength& w : wanted) {
+    require_sizes(w.sizes);
+    if (w.radii_per_efold < 1) {
+      throw std::invalid_argument("radii per e-fold " + std::to_string(w.radii_per_efold) +
+                                  " must be at least 1");
+    }
+    if (!(w.wavelength_nm > 0.0)) {
+      throw std::invalid_argument("wavelength " + std::to_string(w.wavelength_nm) +
+                                  " nm must be above 0");
+    }
+    // Checks the range of radii and index before the tables of their orders are made.
+    mie_efficiencies(wave_number_per_um(w.wavelength_nm) * w.sizes.largest_radius_um, w.index);
+    orders = std::max(orders, orders_needed(w.sizes.largest_radius_um, w.wavelength_nm));
+  }
+  const AngularFunctions functions(cosines_to_90_deg(), orders);
+  std::vector<PhaseMatrix> result(wanted.size());
+  tbb::parallel_for(std::size_t{0}, wanted.size(), [&](std::size_t i) {
+    const SpheresAtWavelength& w = wanted[i];
+    result[i] = integrate(w.sizes, w.index, w.wavelength_nm, functions, w.radii_per_efold);
+  });
+  return result;
 }
 
 std::vector<PhaseMatrix> component_phases(std::span<const StateAtWavelength> wanted) {
-  std::size_t orders = 0;
+  std::vector<SpheresAtWavelength> spheres;
   for (const StateAtWavelength& w : wanted) {
     if (w.state >= kComponentStates) {
       throw std::invalid_argument("component state " + std::to_string(w.state) + " must be below " +
                                   std::to_string(kComponentStates));
     }
     const ComponentState& state = component_states()[w.state];
-    refractive_index(state, w.wavelength_nm);  // checks the wavelength
-    orders = std::max(orders, orders_needed(state, w.wavelength_nm));
+    spheres.push_back({state.sizes, refractive_index(state, w.wavelength_nm), w.wavelength_nm,
+                       phase_radii_per_efold(state.component)});
   }
-  const AngularFunctions functions(cosines_to_90_deg(), orders);
-  std::vector<PhaseMatrix> result(wanted.size());
-  tbb::parallel_for(std::size_t{0}, wanted.size(), [&](std::size_t i) {
-    const ComponentState& state = component_states()[wanted[i].state];
-    result[i] = integrate(state, wanted[i].wavelength_nm, functions,
-                          phase_radii_per_efold(state.component));
-  });
-  return result;
+  return sphere_phases(spheres);
 }
 
 double phase_normalisation(const PhaseMatrix& phase) {

@@ -1,11 +1,13 @@
 // The scattering matrix of an aerosol component from its microphysics.
 #pragma once
 
+#include <complex>
 #include <cstddef>
 #include <span>
 #include <vector>
 
 #include "aerosols/components.h"
+#include "aerosols/size_distribution.h"
 #include "atmosphere/phase_matrix.h"
 
 namespace twilight {
@@ -41,6 +43,18 @@ struct StateAtWavelength {
 /// threads; in the order of `wanted`, the same for any number of threads. Throws as above, and for
 /// an unknown state.
 std::vector<PhaseMatrix> component_phases(std::span<const StateAtWavelength> wanted);
+
+/// Spheres of any sizes and one refractive index m = n - i k at a wavelength.
+struct SpheresAtWavelength {
+  SizeDistribution sizes;
+  std::complex<double> index;
+  double wavelength_nm = 0.0;
+  int radii_per_efold = 300;
+};
+
+/// Scattering matrices of spheres, by the same integrals on all threads; in the order of `wanted`,
+/// the same for any number of threads. Throws as integrate_spheres().
+std::vector<PhaseMatrix> sphere_phases(std::span<const SpheresAtWavelength> wanted);
 
 /// 1/2 integral of p11 sin(angle) d(angle) of the linear interpolant, exact; 1 for every matrix
 /// of this library.

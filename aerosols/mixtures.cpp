@@ -2,15 +2,13 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <limits>
 #include <stdexcept>
 #include <string>
-#include <utility>
 
 #include "aerosols/component_optics.h"
-#include "aerosols/component_phase.h"
 #include "aerosols/components.h"
+#include "aerosols/known_phases.h"
 
 namespace twilight {
 namespace {
@@ -66,89 +64,34 @@ void check_humidity(double percent) {
   }
 }
 
-// One layer of a type before its optics are known.
-struct Mixture {
-  NumberDensities per_cm3;
-  double humidity_percent;
-  double bottom_km, top_km, scale_height_km;
-};
-
-std::vector<Mixture> mixtures_above_ground(std::string_view type, double humidity_percent) {
-  check_humidity(humidity_percent);
-  if (type == "none") return {};
-  const AerosolType& mixing = find_type(type);
-  const double top_km = mixing.mixing_layer_top_km;
-  return {
-      {mixing.per_cm3, humidity_percent, 0.0, top_km, mixing.scale_height_km},
-      {kFreeTroposphere_per_cm3, kTroposphereHumidity_percent, top_km, kTroposphereTop_km,
-       kTroposphereScaleHeight_km},
-      {kStratosphere_per_cm3, 0.0, kTroposphereTop_km, kStratosphereTop_km,
-       std::numeric_limits<double>::infinity()},
-  };
-}
-
-AerosolLayer layer_of(const Mixture& mixture, std::span<const double> wavelength_nm) {
-  AerosolLayer layer;
-  layer.bottom_km = mixture.bottom_km;
-  layer.top_km = mixture.top_km;
-  layer.scale_height_km = mixture.scale_height_km;
-  for (const double wavelength : wavelength_nm) {
-    double scattering = 0.0, absorption = 0.0, cosine = 0.0;
-    for (std::size_t i = 0; i < kAerosolComponents; ++i) {
-      const double number = mixture.per_cm3[i];
-      if (number == 0.0) continue;
-      const ComponentOptics optics =
-          component_optics(static_cast<AerosolComponent>(i), mixture.humidity_percent, wavelength);
-      scattering += number * optics.scattering_per_km;
-      absorption += number * optics.absorption_per_km;
-      cosine += number * optics.scattering_per_km * optics.asymmetry;
-    }
-    layer.scattering_per_km.push_back(scattering);
-    layer.absorption_per_km.push_back(absorption);
-    layer.asymmetry.push_back(cosine / scattering);
+MixtureLayer layer_of(const NumberDensities& per_cm3, double bottom_km, double top_km,
+                      double scale_height_km) {
+  MixtureLayer layer;
+  layer.profile.bottom_km = bottom_km;
+  layer.profile.top_km = top_km;
+  layer.profile.scale_height_km = scale_height_km;
+  for (std::size_t i = 0; i < kAerosolComponents; ++i) {
+    if (per_cm3[i] == 0.0) continue;
+    layer.amounts.push_back({opac_component(static_cast<AerosolComponent>(i)), per_cm3[i]});
   }
   return layer;
 }
 
-// The share of a component state in the scattering of a mixture.
-struct StateShare {
-  std::size_t state;
-  double share;
-};
+MixtureLayer at_humidity(MixtureLayer layer, double percent) {
+  layer.humidity.source = LayerHumidity::Source::kPercent;
+  layer.humidity.percent = percent;
+  return layer;
+}
 
-std::vector<StateShare> state_shares(const Mixture& mixture, double wavelength_nm) {
-  std::vector<StateShare> shares;
-  double total = 0.0;
-  for (std::size_t i = 0; i < kAerosolComponents; ++i) {
-    const double number = mixture.per_cm3[i];
-    if (number == 0.0) continue;
-    const auto component = static_cast<AerosolComponent>(i);
-    const double humidity = mixture.humidity_percent;
-    const double scattering =
-        number * component_optics(component, humidity, wavelength_nm).scattering_per_km;
-    const auto [low, high, fraction] = humidity_classes(component, humidity);
-    if (fraction < 1.0) shares.push_back({low, scattering * (1.0 - fraction)});
-    if (fraction > 0.0) shares.push_back({high, scattering * fraction});
-    total += scattering;
+std::vector<Mixture> mixtures_of(std::string_view type, double humidity_percent) {
+  check_humidity(humidity_percent);
+  std::vector<Mixture> mixtures;
+  for (MixtureLayer& layer : opac_mixture_layers(type)) {
+    const bool scene = layer.humidity.source == LayerHumidity::Source::kScene;
+    mixtures.push_back(
+        {std::move(layer.amounts), scene ? humidity_percent : layer.humidity.percent});
   }
-  for (StateShare& s : shares) s.share /= total;
-  return shares;
-}
-
-void add_scaled(std::vector<double>& sum, const std::vector<double>& values, double factor) {
-  sum.resize(values.size());
-  for (std::size_t i = 0; i < values.size(); ++i) sum[i] += factor * values[i];
-}
-
-// Integral of the profile over [z0, z1] in km.
-double profile_integral_km(const AerosolLayer& layer, double z0_km, double z1_km) {
-  const double from = std::max(z0_km, layer.bottom_km);
-  const double to = std::min(z1_km, layer.top_km);
-  if (to <= from) return 0.0;
-  const double scale = layer.scale_height_km;
-  if (std::isinf(scale)) return to - from;
-  // expm1 keeps thin slices exact.
-  return -scale * std::exp(-from / scale) * std::expm1(-(to - from) / scale);
+  return mixtures;
 }
 
 }  // namespace
@@ -163,12 +106,29 @@ std::array<double, kAerosolComponents> ground_number_densities_per_cm3(std::stri
   return find_type(type).per_cm3;
 }
 
+std::vector<MixtureLayer> opac_mixture_layers(std::string_view type) {
+  if (type == "none") return {};
+  const AerosolType& mixing = find_type(type);
+  const double top_km = mixing.mixing_layer_top_km;
+  return {layer_of(mixing.per_cm3, 0.0, top_km, mixing.scale_height_km),
+          at_humidity(layer_of(kFreeTroposphere_per_cm3, top_km, kTroposphereTop_km,
+                               kTroposphereScaleHeight_km),
+                      kTroposphereHumidity_percent),
+          at_humidity(layer_of(kStratosphere_per_cm3, kTroposphereTop_km, kStratosphereTop_km,
+                               std::numeric_limits<double>::infinity()),
+                      0.0)};
+}
+
 std::vector<AerosolLayer> opac_aerosol_layers(std::string_view type,
                                               double relative_humidity_percent,
                                               std::span<const double> wavelength_nm) {
-  std::vector<AerosolLayer> layers;
-  for (const Mixture& mixture : mixtures_above_ground(type, relative_humidity_percent)) {
-    layers.push_back(layer_of(mixture, wavelength_nm));
+  const std::vector<Mixture> mixtures = mixtures_of(type, relative_humidity_percent);
+  const std::vector<MixtureLayer> described = opac_mixture_layers(type);
+  std::vector<AerosolLayer> layers(mixtures.size());
+  KnownPhases known;
+  for (std::size_t k = 0; k < mixtures.size(); ++k) {
+    static_cast<MixtureOptics&>(layers[k]) = known.optics(mixtures[k], wavelength_nm);
+    layers[k].profile = described[k].profile;
   }
   return layers;
 }
@@ -176,49 +136,7 @@ std::vector<AerosolLayer> opac_aerosol_layers(std::string_view type,
 std::vector<std::vector<PhaseMatrix>> opac_aerosol_phases(std::string_view type,
                                                           double relative_humidity_percent,
                                                           std::span<const double> wavelength_nm) {
-  const std::vector<Mixture> mixtures = mixtures_above_ground(type, relative_humidity_percent);
-  // Layers share states: each (state, wavelength) is integrated once.
-  std::vector<StateAtWavelength> wanted;
-  const auto place_of = [&](std::size_t state, double wavelength) {
-    const auto same = [&](const StateAtWavelength& w) {
-      return w.state == state && w.wavelength_nm == wavelength;
-    };
-    return static_cast<std::size_t>(std::ranges::find_if(wanted, same) - wanted.begin());
-  };
-  for (const double wavelength : wavelength_nm) {
-    for (const Mixture& mixture : mixtures) {
-      for (const StateShare& s : state_shares(mixture, wavelength)) {
-        if (place_of(s.state, wavelength) == wanted.size()) wanted.push_back({s.state, wavelength});
-      }
-    }
-  }
-  const std::vector<PhaseMatrix> integrated = component_phases(wanted);
-
-  std::vector<std::vector<PhaseMatrix>> phases(mixtures.size());
-  for (std::size_t i = 0; i < mixtures.size(); ++i) {
-    for (const double wavelength : wavelength_nm) {
-      PhaseMatrix sum;
-      for (const StateShare& s : state_shares(mixtures[i], wavelength)) {
-        const PhaseMatrix& of_state = integrated[place_of(s.state, wavelength)];
-        sum.angle_rad = of_state.angle_rad;
-        add_scaled(sum.p11, of_state.p11, s.share);
-        add_scaled(sum.p12, of_state.p12, s.share);
-        add_scaled(sum.p33, of_state.p33, s.share);
-        add_scaled(sum.p34, of_state.p34, s.share);
-      }
-      phases[i].push_back(std::move(sum));
-    }
-  }
-  return phases;
-}
-
-double mean_profile(const AerosolLayer& layer, double z0_km, double z1_km) {
-  if (!(std::isfinite(z0_km) && std::isfinite(z1_km) && z0_km < z1_km)) {
-    throw std::invalid_argument("height interval " + std::to_string(z0_km) + ".." +
-                                std::to_string(z1_km) +
-                                " km must be finite with its lower end below its upper end");
-  }
-  return profile_integral_km(layer, z0_km, z1_km) / (z1_km - z0_km);
+  return KnownPhases().phases(mixtures_of(type, relative_humidity_percent), wavelength_nm);
 }
 
 double optical_depth_between(const AerosolLayer& layer, std::size_t wavelength, double z0_km,
@@ -229,11 +147,11 @@ double optical_depth_between(const AerosolLayer& layer, std::size_t wavelength, 
   }
   const double extinction =
       layer.scattering_per_km.at(wavelength) + layer.absorption_per_km.at(wavelength);
-  return extinction * profile_integral_km(layer, z0_km, z1_km);
+  return extinction * layer.profile.integral_km(z0_km, z1_km);
 }
 
 double optical_depth(const AerosolLayer& layer, std::size_t wavelength) {
-  return optical_depth_between(layer, wavelength, layer.bottom_km, layer.top_km);
+  return optical_depth_between(layer, wavelength, layer.profile.bottom_km, layer.profile.top_km);
 }
 
 }  // namespace twilight

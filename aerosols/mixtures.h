@@ -3,25 +3,57 @@
 
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <string_view>
 #include <vector>
 
 #include "aerosols/components.h"
+#include "aerosols/height_profile.h"
+#include "aerosols/mixture_component.h"
 #include "atmosphere/phase_matrix.h"
 
 namespace twilight {
 
-/// A height layer of one aerosol mixture. The coefficients are those at the height where
-/// the profile is 1, i.e. extrapolated to z = 0; at height z inside [bottom_km, top_km] they
-/// are value * exp(-z / scale_height_km) (Haber et al. 2005, Sec. 4.1.2), outside 0.
-struct AerosolLayer {
-  double bottom_km = 0.0;
-  double top_km = 0.0;
-  double scale_height_km = 0.0;           ///< infinity = constant with height
-  std::vector<double> scattering_per_km;  ///< per wavelength
-  std::vector<double> absorption_per_km;  ///< per wavelength
-  std::vector<double> asymmetry;          ///< per wavelength, (-1, 1), same at all heights
+/// Optics of a mixture, per wavelength.
+struct MixtureOptics {
+  std::vector<double> scattering_per_km;
+  std::vector<double> absorption_per_km;
+  std::vector<double> asymmetry;  ///< (-1, 1)
+};
+
+/// A height layer of one aerosol mixture: its coefficients where the profile is 1 (for an
+/// exponential one extrapolated to z = 0), and the profile they are multiplied with.
+struct AerosolLayer : MixtureOptics {
+  HeightProfile profile;
+};
+
+/// Relative humidity of a layer's particles.
+struct LayerHumidity {
+  enum class Source {
+    kScene,       ///< aerosols.relative_humidity_percent of the scene
+    kPercent,     ///< `percent`
+    kAtmosphere,  ///< the atmosphere's own at every height
+    kTable        ///< the table below, linear between its heights, constant beyond
+  };
+  Source source = Source::kScene;
+  double percent = 0.0;  ///< 0..99
+  std::vector<double> heights_km, percents;
+};
+
+/// A height layer before its optics are known. Amounts are those where the profile is 1.
+struct MixtureLayer {
+  HeightProfile profile;
+  LayerHumidity humidity;
+  std::vector<ComponentAmount> amounts;
+  /// Scales the layer to this optical depth.
+  std::optional<double> optical_depth_550nm;
+};
+
+/// What a scattering matrix belongs to: components at one humidity.
+struct Mixture {
+  std::vector<ComponentAmount> amounts;
+  double relative_humidity_percent = 0.0;
 };
 
 /// Names of OPAC's aerosol types, e.g. "continental_clean"; ten of them. "none" is not one.
@@ -31,6 +63,11 @@ std::vector<std::string_view> aerosol_types();
 /// AerosolComponent (Hess, Koepke & Schult 1998). Throws std::invalid_argument for an unknown
 /// type; the message lists the names.
 std::array<double, kAerosolComponents> ground_number_densities_per_cm3(std::string_view type);
+
+/// The layers of an OPAC type: mixing layer at the humidity of the scene (kScene), free troposphere
+/// up to 12 km at 50 %, stratosphere 12..35 km at 0 %. "none" gives no layers. Throws
+/// std::invalid_argument for an unknown type; the message lists the names.
+std::vector<MixtureLayer> opac_mixture_layers(std::string_view type);
 
 /// The aerosol of an OPAC type (Hess, Koepke & Schult 1998; Haber et al. 2005, Sec. 4.1.1
 /// and Fig. 2) from the ground up: mixing layer at the relative humidity given (percent,
@@ -53,12 +90,6 @@ std::vector<AerosolLayer> opac_aerosol_layers(std::string_view type,
 std::vector<std::vector<PhaseMatrix>> opac_aerosol_phases(std::string_view type,
                                                           double relative_humidity_percent,
                                                           std::span<const double> wavelength_nm);
-
-/// Mean over [z0_km, z1_km] of the layer's height profile: exp(-z/Z) inside the layer, 0
-/// outside, integrated exactly and divided by z1_km - z0_km. Dimensionless; times a
-/// coefficient of the layer it gives the mean coefficient. Needs z0_km < z1_km, both
-/// finite, else throws std::invalid_argument.
-double mean_profile(const AerosolLayer& layer, double z0_km, double z1_km);
 
 /// Vertical extinction optical depth of the layer between two heights in km (z0_km <= z1_km,
 /// else throws std::invalid_argument), exact; `wavelength` indexes the layer's vectors and

@@ -1,8 +1,12 @@
-// How many particles of which radius: the truncated lognormal distribution.
+// How many particles of which radius: the truncated lognormal distribution, or any other.
 #pragma once
 
 #include <cmath>
+#include <functional>
 #include <numbers>
+#include <stdexcept>
+#include <string>
+#include <utility>
 
 namespace twilight {
 
@@ -38,5 +42,35 @@ struct LognormalSizeDistribution {
     return std::pow(mode_radius_um, power) * std::exp(0.5 * shift * shift) * inside;
   }
 };
+
+/// Any number distribution of spheres; what the size integrals of the Mie theory take.
+struct SizeDistribution {
+  /// dN/d ln r at a radius in um inside the range below, >= 0, in any one number density.
+  std::function<double(double)> per_log_radius;
+  double smallest_radius_um = 0.0;  ///< > 0
+  double largest_radius_um = 0.0;   ///< > smallest_radius_um
+
+  SizeDistribution() = default;
+  SizeDistribution(std::function<double(double)> density, double smallest_um, double largest_um)
+      : per_log_radius(std::move(density)),
+        smallest_radius_um(smallest_um),
+        largest_radius_um(largest_um) {}
+  /// A lognormal distribution is one.
+  SizeDistribution(const LognormalSizeDistribution& sizes)  // NOLINT: meant to convert
+      : SizeDistribution([sizes](double radius_um) { return sizes.per_log_radius(radius_um); },
+                         sizes.smallest_radius_um, sizes.largest_radius_um) {}
+};
+
+/// Throws std::invalid_argument unless the radii are finite, positive and rise.
+inline void require_sizes(const SizeDistribution& sizes) {
+  if (sizes.per_log_radius && sizes.smallest_radius_um > 0.0 &&
+      sizes.largest_radius_um > sizes.smallest_radius_um &&
+      std::isfinite(sizes.largest_radius_um)) {
+    return;
+  }
+  throw std::invalid_argument("radii " + std::to_string(sizes.smallest_radius_um) + ".." +
+                              std::to_string(sizes.largest_radius_um) +
+                              " um of a size distribution must be positive and rise");
+}
 
 }  // namespace twilight

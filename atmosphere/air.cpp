@@ -13,6 +13,7 @@
 #include "atmosphere/profile.h"
 #include "atmosphere/rayleigh.h"
 #include "atmosphere/refractive_index.h"
+#include "atmosphere/uvspec_profile.h"
 
 namespace twilight {
 namespace {
@@ -72,15 +73,31 @@ double column_per_cm2(const Profile& profile, Profile::Gas gas, std::optional<do
   return profile.power_integral(gas, 1.0, 0.0, profile.top_km()) * kCmPerKm;
 }
 
+[[noreturn]] void fail_empty(const char* gas, double top_km) {
+  std::ostringstream s;
+  s << gas << ": the profile has none of it below the top, " << top_km
+    << " km, where its column is to be";
+  throw std::invalid_argument(s.str());
+}
+
+bool holds(const Profile& profile, Profile::Gas gas) {
+  return std::ranges::any_of(profile.levels(),
+                             [&](const ProfileLevel& level) { return level.*gas > 0.0; });
+}
+
+// The profile that shapes a gas: the US standard where the profile has none of it.
+Profile shape_of(Profile::Gas gas, const Profile& profile, double ground_depth_km) {
+  if (holds(profile, gas)) return profile;
+  return Profile::named("us_standard").over_ground_below_sea(ground_depth_km);
+}
+
 // Spreads the column over the layers as the profile does, or the US standard where the profile has
 // no nitrogen dioxide.
 void add_nitrogen_dioxide(Medium& medium, const Profile& profile, double ground_depth_km,
                           double column_per_cm2) {
   if (column_per_cm2 == 0.0) return;
   constexpr auto kGas = &ProfileLevel::nitrogen_dioxide_per_cm3;
-  const Profile shape = profile.levels().front().*kGas > 0.0
-                            ? profile
-                            : Profile::named("us_standard").over_ground_below_sea(ground_depth_km);
+  const Profile shape = shape_of(kGas, profile, ground_depth_km);
   std::vector<double> per_cm2;
   double sum_per_cm2 = 0.0;
   for (std::size_t i = 0; i < medium.layers(); ++i) {
@@ -89,6 +106,7 @@ void add_nitrogen_dioxide(Medium& medium, const Profile& profile, double ground_
     per_cm2.push_back(shape.power_integral(kGas, 1.0, bottom_km, top_km) * kCmPerKm);
     sum_per_cm2 += per_cm2.back();
   }
+  if (!(sum_per_cm2 > 0.0)) fail_empty("nitrogen_dioxide_du", medium.top_km());
   for (std::size_t w = 0; w < medium.wavelengths(); ++w) {
     const double optical_depth =
         nitrogen_dioxide_cross_section_cm2(medium.wavelength_nm[w]) * column_per_cm2;
@@ -97,6 +115,17 @@ void add_nitrogen_dioxide(Medium& medium, const Profile& profile, double ground_
                                             (medium.boundary_km[i + 1] - medium.boundary_km[i]);
     }
   }
+}
+
+// Ozone of a layer, none above the profile's top.
+double ozone_in(const Profile& shape, const std::string& optics, double bottom_km, double top_km) {
+  constexpr auto kGas = &ProfileLevel::ozone_per_cm3;
+  const double centre_km = 0.5 * (bottom_km + top_km);
+  if (optics == "centre") return centre_km <= shape.top_km() ? shape.at(centre_km).*kGas : 0.0;
+  if (top_km <= shape.top_km()) return shape.mean(kGas, bottom_km, top_km);
+  const double top = shape.top_km();
+  if (!(bottom_km < top)) return 0.0;
+  return shape.mean(kGas, bottom_km, top) * (top - bottom_km) / (top_km - bottom_km);
 }
 
 // Height where exp(-h / 8 km) takes its mean over a layer.
@@ -109,8 +138,11 @@ double mean_height_km(double bottom_km, double top_km) {
 
 Medium make_air(const AirOptions& options, std::span<const double> wavelength_nm) {
   check(options, wavelength_nm);
-  const Profile profile =
-      Profile::named(options.profile).over_ground_below_sea(options.ground_depth_km);
+  const Profile profile = (options.profile_file.empty() ? Profile::named(options.profile)
+                                                        : read_uvspec_profile(options.profile_file))
+                              .over_ground_below_sea(options.ground_depth_km);
+  const Profile ozone_shape =
+      shape_of(&ProfileLevel::ozone_per_cm3, profile, options.ground_depth_km);
 
   Medium medium;
   medium.earth_radius_km = options.earth_radius_km;
@@ -148,8 +180,8 @@ Medium make_air(const AirOptions& options, std::span<const double> wavelength_nm
     medium.pressure_hpa.push_back(state.pressure_hpa);
     medium.temperature_k.push_back(state.temperature_k);
     medium.relative_humidity.push_back(humidity);
-    ozone_per_cm3.push_back(state.ozone_per_cm3);
-    layered_per_cm2 += state.ozone_per_cm3 * (top_km - bottom_km) * kCmPerKm;
+    ozone_per_cm3.push_back(ozone_in(ozone_shape, options.layer_optics, bottom_km, top_km));
+    layered_per_cm2 += ozone_per_cm3.back() * (top_km - bottom_km) * kCmPerKm;
 
     for (std::size_t w = 0; w < wavelengths; ++w) {
       medium.air_scattering_per_km(i, w) = cross_section_cm2[w] * state.air_per_cm3 * kCmPerKm;
@@ -169,6 +201,8 @@ Medium make_air(const AirOptions& options, std::span<const double> wavelength_nm
       medium.vertical_filter_optical_depth.push_back(cross_section * ozone_column_per_cm2);
       continue;
     }
+    if (ozone_column_per_cm2 == 0.0) continue;
+    if (!(layered_per_cm2 > 0.0)) fail_empty("ozone_du", medium.top_km());
     const double scale = ozone_column_per_cm2 / layered_per_cm2;
     for (std::size_t i = 0; i < layers; ++i) {
       medium.gas_absorption_per_km(i, w) = cross_section * ozone_per_cm3[i] * scale * kCmPerKm;

@@ -12,6 +12,7 @@ namespace twilight {
 
 struct AirOptions {
   std::string profile = "us_standard";        ///< a name of Profile::names()
+  std::string profile_file;                   ///< read_uvspec_profile() instead; empty: none
   double top_km = 100.0;                      ///< 1..120, "exponential" 1..200
   int layers = 100;                           ///< 1..500
   std::string layer_spacing = "graded";       ///< "graded", "equal-air-mass" or "even"
@@ -39,8 +40,8 @@ struct AirOptions {
 /// (options.ozone_du, or the profile's own up to its top) lies between 0 and top_km, in the shape
 /// of the profile there, so that sum of absorption x thickness is exactly cross section x column;
 /// with ozone "vertical" it makes the filter above the model instead and the layers absorb nothing.
-/// Nitrogen dioxide likewise, always layered; a column of it in the "exponential" atmosphere has
-/// the shape of the US standard's.
+/// Nitrogen dioxide likewise, always layered; a column of either in an atmosphere that has none of
+/// its own ("exponential": no nitrogen dioxide) has the shape of the US standard's.
 /// Refractivity is always of the layer's mean density, whatever layer_optics says.
 /// Throws std::invalid_argument naming the quantity, its value and the allowed range.
 Medium make_air(const AirOptions& options, std::span<const double> wavelength_nm);

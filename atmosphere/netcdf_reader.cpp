@@ -24,6 +24,31 @@ int get(int file, int variable, std::vector<double>& v) {
   return nc_get_var_double(file, variable, v.data());
 }
 
+// Bytes of all variables of a file.
+double promised_bytes(int file) {
+  double bytes = 0.0;
+  int variables = 0;
+  nc_inq_nvars(file, &variables);
+  for (int v = 0; v < variables; ++v) {
+    nc_type type = NC_NAT;
+    std::size_t size = 0;
+    int dimensions = 0;
+    nc_inq_vartype(file, v, &type);
+    nc_inq_type(file, type, nullptr, &size);
+    nc_inq_varndims(file, v, &dimensions);
+    std::vector<int> ids(static_cast<std::size_t>(dimensions));
+    nc_inq_vardimid(file, v, ids.data());
+    double count = static_cast<double>(size);
+    for (const int d : ids) {
+      std::size_t length = 0;
+      nc_inq_dimlen(file, d, &length);
+      count *= static_cast<double>(length);
+    }
+    bytes += count;
+  }
+  return bytes;
+}
+
 }  // namespace
 
 NetcdfReader::NetcdfReader(const fs::path& path, std::string_view what) : name_(path.string()) {
@@ -36,6 +61,16 @@ NetcdfReader::NetcdfReader(const fs::path& path, std::string_view what) : name_(
     throw std::runtime_error(name_ + ": cannot read this " + std::string(what) +
                              ", which must be netCDF: " + nc_strerror(status));
   }
+  // The library reads zeros behind the end of a file that was cut short. Without a table of where
+  // variables begin, at least their bytes must be there; netCDF-4 keeps watch itself.
+  int format = 0;
+  if (nc_inq_format(id_, &format) != NC_NOERR || format == NC_FORMAT_NETCDF4 ||
+      format == NC_FORMAT_NETCDF4_CLASSIC || promised_bytes(id_) <= static_cast<double>(bytes_)) {
+    return;
+  }
+  nc_close(id_);
+  throw std::runtime_error(name_ + ": was cut short: its " + std::to_string(bytes_) +
+                           " bytes cannot hold its variables");
 }
 
 NetcdfReader::~NetcdfReader() { nc_close(id_); }

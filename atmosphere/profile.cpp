@@ -85,6 +85,31 @@ Profile Profile::named(std::string_view name) {
   fail("atmosphere profile '" + std::string(name) + "' must be one of " + list);
 }
 
+Profile Profile::of_levels(std::string name, std::vector<ProfileLevel> levels) {
+  const auto refuse = [&](std::size_t level, const char* what) {
+    fail("profile " + name + ", level " + std::to_string(level) + ": " + what);
+  };
+  if (levels.size() < 2) fail("profile " + name + " must have at least two levels");
+  for (std::size_t i = 0; i < levels.size(); ++i) {
+    const ProfileLevel& l = levels[i];
+    const double gases[] = {l.ozone_per_cm3, l.water_vapour_per_cm3, l.nitrogen_dioxide_per_cm3};
+    if (i == 0 ? l.height_km != 0.0 : !(l.height_km > levels[i - 1].height_km)) {
+      refuse(i, "heights must rise from 0 km");
+    }
+    for (const double positive : {l.pressure_hpa, l.temperature_k, l.air_per_cm3}) {
+      if (!(positive > 0.0)) refuse(i, "pressure, temperature and air must be above 0");
+    }
+    for (const double gas : gases) {
+      if (!(gas >= 0.0)) refuse(i, "gases must be 0 or above");
+    }
+    for (const double value : {l.height_km, l.pressure_hpa, l.temperature_k, l.air_per_cm3,
+                               gases[0], gases[1], gases[2]}) {
+      if (!std::isfinite(value)) refuse(i, "every value must be finite");
+    }
+  }
+  return Profile(std::move(name), std::move(levels));
+}
+
 Profile Profile::over_ground_below_sea(double depth_km) const {
   if (!(depth_km >= 0.0 && depth_km <= 1.0)) {
     std::ostringstream s;

@@ -40,6 +40,11 @@ class Profile {
   /// 300 DU. Throws std::invalid_argument for any other name.
   static Profile named(std::string_view name);
 
+  /// The profile of levels from the ground (0 km) upwards, two or more: heights strictly
+  /// increasing, all finite, pressure, temperature and air above 0, other gases 0 or above. Throws
+  /// std::invalid_argument otherwise.
+  static Profile of_levels(std::string name, std::vector<ProfileLevel> levels);
+
   /// Every name that named() takes.
   static std::span<const std::string_view> names();
 

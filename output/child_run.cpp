@@ -27,7 +27,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 [[noreturn]] void fail(const char* what, int error) {
-  throw std::runtime_error(std::string("cannot run this program again: ") + what + ": " +
+  throw std::runtime_error(std::string("cannot run a process: ") + what + ": " +
                            std::generic_category().message(error));
 }
 
@@ -81,10 +81,16 @@ double seconds_of(const timeval& t) {
   return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
 }
 
-pid_t spawn(const std::vector<std::string>& arguments, const MemoryFile& in, const MemoryFile& out,
-            const MemoryFile& err) {
-  std::vector<std::string> words = {"twilight"};
-  words.insert(words.end(), arguments.begin(), arguments.end());
+struct Program {
+  std::string path;  // with a slash, or a name that PATH leads to
+  std::vector<std::string> words;
+  std::filesystem::path folder;
+};
+
+// The child, or nothing where there is no such program.
+std::optional<pid_t> spawn(const Program& program, const MemoryFile& in, const MemoryFile& out,
+                           const MemoryFile& err) {
+  std::vector<std::string> words = program.words;
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);
@@ -94,10 +100,14 @@ pid_t spawn(const std::vector<std::string>& arguments, const MemoryFile& in, con
   ::posix_spawn_file_actions_adddup2(&actions, in.number(), STDIN_FILENO);
   ::posix_spawn_file_actions_adddup2(&actions, out.number(), STDOUT_FILENO);
   ::posix_spawn_file_actions_adddup2(&actions, err.number(), STDERR_FILENO);
+  if (!program.folder.empty()) {
+    ::posix_spawn_file_actions_addchdir_np(&actions, program.folder.c_str());
+  }
   pid_t child = 0;
   const int error =
-      ::posix_spawn(&child, "/proc/self/exe", &actions, nullptr, argv.data(), environ);
+      ::posix_spawnp(&child, program.path.c_str(), &actions, nullptr, argv.data(), environ);
   ::posix_spawn_file_actions_destroy(&actions);
+  if (error == ENOENT) return std::nullopt;
   if (error != 0) fail("posix_spawn", error);
   return child;
 }
@@ -122,15 +132,15 @@ ChildRun collect(pid_t child) {
   return run;
 }
 
-}  // namespace
-
-ChildRun run_self(const std::vector<std::string>& arguments, const std::string& input,
-                  const std::atomic<bool>* cancel) {
+std::optional<ChildRun> run(const Program& program, const std::string& input,
+                            const std::atomic<bool>* cancel) {
   using namespace std::chrono_literals;
   const MemoryFile in("in"), out("out"), err("err");
   in.write(input);
   const auto start = Clock::now();
-  const pid_t child = spawn(arguments, in, out, err);
+  const std::optional<pid_t> spawned = spawn(program, in, out, err);
+  if (!spawned) return std::nullopt;
+  const pid_t child = *spawned;
   // glibc 2.36 declares pidfd_open for C alone.
   const auto handle_number = static_cast<int>(::syscall(SYS_pidfd_open, child, 0));
   if (handle_number < 0) {
@@ -155,6 +165,28 @@ ChildRun run_self(const std::vector<std::string>& arguments, const std::string& 
   run.out = out.read();
   run.err = err.read();
   return run;
+}
+
+std::vector<std::string> named(const std::string& name, const std::vector<std::string>& arguments) {
+  std::vector<std::string> words = {name};
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  return words;
+}
+
+}  // namespace
+
+ChildRun run_self(const std::vector<std::string>& arguments, const std::string& input,
+                  const std::atomic<bool>* cancel) {
+  auto finished = run({"/proc/self/exe", named("twilight", arguments), {}}, input, cancel);
+  if (!finished) fail("posix_spawn", ENOENT);
+  return std::move(*finished);
+}
+
+std::optional<ChildRun> run_program(const std::string& name,
+                                    const std::vector<std::string>& arguments,
+                                    const std::filesystem::path& folder,
+                                    const std::atomic<bool>* cancel) {
+  return run({name, named(name, arguments), folder}, {}, cancel);
 }
 
 void end_with_parent(int parent) {

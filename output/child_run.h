@@ -1,7 +1,9 @@
-// The program run once more, by itself, in a process of its own.
+// Programs, this one included, run in a process of their own.
 #pragma once
 
 #include <atomic>
+#include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,6 +23,13 @@ struct ChildRun {
 /// 3 s SIGKILL) and Cancelled is thrown. Throws std::runtime_error where no process can be made.
 ChildRun run_self(const std::vector<std::string>& arguments, const std::string& input,
                   const std::atomic<bool>* cancel);
+
+/// Runs another program, found on PATH, in the working folder `folder` (empty: this one's), with
+/// an empty standard input; otherwise as run_self. Nothing where there is no such program.
+std::optional<ChildRun> run_program(const std::string& name,
+                                    const std::vector<std::string>& arguments,
+                                    const std::filesystem::path& folder,
+                                    const std::atomic<bool>* cancel);
 
 /// Called by a child: it ends as soon as the process `parent` does, whatever ends that one.
 void end_with_parent(int parent);

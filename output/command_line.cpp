@@ -130,6 +130,45 @@ void add_tables(CLI::App& app, CommandLine& line) {
   add_field(sub, line);
 }
 
+void add_optics(CLI::App& app, CommandLine& line) {
+  CLI::App* sub =
+      add_command(app, line, Command::kOptics, "optics",
+                  "the layers of the atmosphere as CSV, or tables of their optics in a file");
+  sub->add_option("--export", line.optics.export_file,
+                  "FILE.nc (netCDF, CF) or FILE.csv: extinction, scattering, asymmetry, optical "
+                  "depths and scattering matrices");
+  sub->add_flag("--components", line.optics.components,
+                "export the ten shipped components over humidity and the scene's wavelengths, as "
+                "FILE_WASO.nc ..., in place of the layers");
+}
+
+void add_sequence(CLI::App& app, CommandLine& line) {
+  SequenceOptions& options = line.sequence;
+  CLI::App* sub = add_command(app, line, Command::kSequence, "sequence",
+                              "a film of the sky: numbered images, pictures, and MP4 or WebM");
+  const char* const kInstant =
+      "time with offset, as 2003-12-08T17:00:00+01:00, of a scene with a place; else elevation of "
+      "the Sun, degrees";
+  sub->add_option("--from", options.from, kInstant)->required();
+  sub->add_option("--to", options.to, kInstant)->required();
+  sub->add_option("--frames", options.frames, "how many, both ends included: 2..100000")
+      ->required();
+  sub->add_option(
+         "-o,--output", options.directory,
+         "folder for frame_0001.exr, frame_0001.png and on; frames that are there are kept")
+      ->required();
+  sub->add_option("--fps", options.frames_per_second, "frames per second of the film")
+      ->check(CLI::Range(0.1, 1000.0))
+      ->capture_default_str();
+  sub->add_option("--exposure", options.exposure,
+                  "of the pictures: auto follows the sky, smoothed over the frames; or a camera's "
+                  "exposure value at ISO 100, -40..40, for all of them")
+      ->capture_default_str();
+  CLI::Option* none = sub->add_flag("!--no-video", options.video, "no film");
+  sub->add_flag("--webm", options.webm, "film as WebM (VP9), not MP4 (H.264)")->excludes(none);
+  add_field(sub, line);
+}
+
 void add_tradeoff(CLI::App& app, CommandLine& line) {
   TradeoffOptions& options = line.tradeoff;
   CLI::App* sub = add_command(app, line, Command::kTradeoff, "tradeoff",
@@ -198,6 +237,47 @@ void add_fit(CLI::App& app, CommandLine& line) {
   };
   add(SkyForm::kPerez, "five parameters: Perez, Seals & Michalsky 1993");
   add(SkyForm::kHosek, "nine parameters: Hosek & Wilkie 2012");
+}
+
+void add_retrieve(CLI::App& app, CommandLine& line) {
+  RetrieveOptions& options = line.retrieve;
+  CLI::App* sub = app.add_subcommand(
+      "retrieve",
+      "the air from what was measured of its sky: radiances, zenith curves, photographs");
+  sub->callback([&line] { line.command = Command::kRetrieve; });
+  sub->add_option("MEASURED", options.measured,
+                  "CSV of radiances or of zenith brightness, or a TOML file that describes either "
+                  "or a photograph")
+      ->required();
+  sub->add_option("--scene", line.scene, "scene file (TOML): all that is not free")->required();
+  sub->add_option("--free", options.free,
+                  "keys of the scene to retrieve, as aerosols.optical_depth_550nm,"
+                  "atmosphere.ozone_du=200..500")
+      ->required()
+      ->allow_extra_args(false);
+  sub->add_option("-o,--output", options.directory,
+                  "folder for retrieval.json, residuals, and the scene with the best values")
+      ->required();
+  sub->add_option("--relative-error", options.relative_error,
+                  "standard error over value, of data that say none")
+      ->check(CLI::Range(1e-6, 10.0));
+  sub->add_option(
+         "--search", options.search_quality,
+         "quality of the solver while it searches: draft, fair, standard, high, reference, "
+         "or scene; the scene's own has the last word")
+      ->check(CLI::IsMember({"draft", "fair", "standard", "high", "reference", "scene"}))
+      ->capture_default_str();
+  sub->add_option("--starts", options.search.starts, "searches at most; two that agree are enough")
+      ->check(CLI::Range(1, 100))
+      ->capture_default_str();
+  sub->add_option("--iterations", options.search.most_iterations, "most steps of a search")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  sub->add_option("--seed", options.search.seed, "of the starts")->capture_default_str();
+  sub->add_option("--set", line.overrides, "KEY=VALUE overrides a key of the scene; repeatable")
+      ->allow_extra_args(false);
+  add_threads(sub, line);
+  sub->add_flag("--quiet", line.quiet, "no progress, no summary on standard error");
 }
 
 void add_views(CLI::App* sub, CommandLine& line) {
@@ -340,11 +420,13 @@ ParsedCommandLine parse_command_line(int argc, const char* const* argv) {
       ->capture_default_str();
   add_command(app, line, Command::kSun, "sun",
               "where the Sun stands, and when it sets and twilight ends, as CSV");
-  add_command(app, line, Command::kOptics, "optics", "the layers of the atmosphere, as CSV");
+  add_optics(app, line);
 
   add_tables(app, line);
+  add_sequence(app, line);
   add_tradeoff(app, line);
   add_fit(app, line);
+  add_retrieve(app, line);
   add_compare(app, line);
   add_study(app, line);
 

@@ -7,6 +7,9 @@
 #include <string_view>
 #include <vector>
 
+#include "output/air_retrieval.h"
+#include "output/optics_command.h"
+#include "output/sequence_command.h"
 #include "output/sky_comparison.h"
 #include "output/sky_fit.h"
 #include "output/study_command.h"
@@ -34,10 +37,12 @@ enum class Command {
   kCompare,
   kAerial,
   kTables,
+  kSequence,
   kTradeoff,
   kTradeoffRung,
   kFit,
-  kStudy
+  kStudy,
+  kRetrieve
 };
 
 /// A view as the user gave it, in degrees.
@@ -63,12 +68,15 @@ struct CommandLine {
   std::optional<std::filesystem::path> views_file;
   std::vector<double> distances_km;  ///< aerial, 0..1e5
   TablesOptions tables;
+  OpticsOptions optics;
+  SequenceOptions sequence;
   /// tradeoff; its scene and overrides are those above.
   TradeoffOptions tradeoff;
   /// fit: form and quantity, the Suns of a study that names none, and the file to write.
   SkyFitOptions fit;
   std::vector<double> fit_suns_deg;
   std::filesystem::path fit_output;
+  RetrieveOptions retrieve;      ///< its scene and overrides are those above
   ComparisonOptions comparison;  ///< compare; its overrides are those above
   StudyOptions study;            ///< its scene (the study file) and overrides are those above
   int parent = 0;                ///< tradeoff-rung: the process that measures it

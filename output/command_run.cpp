@@ -22,8 +22,8 @@ constexpr double kDegrees = 180.0 / std::numbers::pi;
 /// What a command looks at: the whole hemisphere, its views, or, of a field, every Sun.
 WantedSky wanted_sky(const CommandLine& line) {
   WantedSky wanted;
-  wanted.every_sun =
-      line.command == Command::kSolve || line.command == Command::kTables || line.field.has_value();
+  wanted.every_sun = line.command == Command::kSolve || line.command == Command::kTables ||
+                     line.command == Command::kSequence || line.field.has_value();
   if (line.command != Command::kRadiance && line.command != Command::kAerial) return wanted;
   if (wanted.every_sun) return wanted;
   std::vector<ViewDirection> views;
@@ -77,7 +77,7 @@ void Run::choose_settings() {
   scene = plan->scene;
 }
 
-void Run::foretell(std::size_t views) {
+void Run::foretell(std::size_t views, std::size_t suns) {
   if (line.field) return;
   const RunCost cost = predict_run(scene, views);
   if (!cost.known) return;
@@ -89,7 +89,12 @@ void Run::foretell(std::size_t views) {
     }
   });
   constexpr double kLongSeconds = 3.0;
-  const double seconds = wall_seconds(cost.reference_seconds * machine_slowness(), scene);
+  double work = cost.reference_seconds;
+  if (suns > 1) {
+    const double once = serves_every_sun(scene) ? predict_run(scene, 0).reference_seconds : 0.0;
+    work += static_cast<double>(suns - 1) * (work - once);
+  }
+  const double seconds = wall_seconds(work * machine_slowness(), scene);
   if (seconds < kLongSeconds) return;
   progress.clear();
   log.info("predicted: about {:.0f} s and {:.0f} MiB", seconds, cost.peak_bytes / 1048576.0);

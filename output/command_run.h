@@ -105,8 +105,9 @@ struct Run {
   /// Chooses the settings where the scene has a budget.
   void choose_settings();
 
-  /// Says what a long run will take; refuses one that the machine cannot hold.
-  void foretell(std::size_t views);
+  /// Says what a long run will take, that looks at as many views under each of `suns` Suns;
+  /// refuses one that the machine cannot hold.
+  void foretell(std::size_t views, std::size_t suns = 1);
 
   /// Solves the sky, or looks it up in the field the user named.
   std::unique_ptr<Sky> sky(const SceneModel& model);

@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <numbers>
 #include <stdexcept>
 
@@ -103,6 +104,30 @@ StoredMap read_exr_map(const std::filesystem::path& path) {
                                             map.image.channels[i % 3], value));
   }
   return map;
+}
+
+std::optional<std::string> text_of_whole_exr(const std::filesystem::path& path,
+                                             const std::string& attribute) {
+  try {
+    Imf::InputFile file(path.c_str());
+    const Imf::Header& header = file.header();
+    const auto* text = header.findTypedAttribute<Imf::StringAttribute>(attribute);
+    if (text == nullptr) return std::nullopt;
+    // One row of each channel, in memory of its own, takes every row: reading is all that counts.
+    const auto window = header.dataWindow();
+    const auto width = static_cast<std::size_t>(window.max.x - window.min.x + 1);
+    std::deque<std::vector<float>> rows;
+    Imf::FrameBuffer frame;
+    for (auto c = header.channels().begin(); c != header.channels().end(); ++c) {
+      char* const row = reinterpret_cast<char*>(rows.emplace_back(width).data());
+      frame.insert(c.name(), Imf::Slice(Imf::FLOAT, row - window.min.x * 4, sizeof(float), 0));
+    }
+    file.setFrameBuffer(frame);
+    file.readPixels(window.min.y, window.max.y);
+    return text->value();
+  } catch (const std::exception&) {
+    return std::nullopt;
+  }
 }
 
 }  // namespace twilight

@@ -24,4 +24,9 @@ struct StoredMap {
 /// not finite. Negative ones are kept: colours outside Rec. 709 have them.
 StoredMap read_exr_map(const std::filesystem::path& path);
 
+/// The text attribute of an EXR file of which every pixel of every channel can be read; nothing
+/// where the file is missing or damaged or has no such attribute.
+std::optional<std::string> text_of_whole_exr(const std::filesystem::path& path,
+                                             const std::string& attribute);
+
 }  // namespace twilight

@@ -17,6 +17,7 @@
 #include "output/checksum.h"
 #include "output/command_line.h"
 #include "output/netcdf_writer.h"
+#include "sim/scene_aerosols.h"
 #include "sim/scene_file.h"
 
 namespace twilight {
@@ -26,6 +27,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* kTitle = "Multiply scattered light of a clear twilight sky";
 constexpr const char* kChecksum = "checksum_fnv1a64";
+constexpr const char* kMixtureChecksum = "aerosol_mixture_fnv1a64";
 constexpr std::size_t kCoherencyComponents = 4;
 constexpr double kSameMedium = 1e-9;  // relative: another compiler may round differently
 
@@ -232,8 +234,9 @@ void read(const NetcdfReader& reader, const Variable& variable) {
 }
 
 bool shapes_the_field(std::string_view key) {
-  constexpr std::string_view kTables[] = {"earth.", "atmosphere.", "aerosols.", "spectrum.",
-                                          "two_constituent_air."};
+  constexpr std::string_view kTables[] = {"earth.",     "atmosphere.",          "aerosols.",
+                                          "spectrum.",  "two_constituent_air.", "volcanic_sulfate.",
+                                          "dust_layer."};
   constexpr std::string_view kKeys[] = {"solver.method",
                                         "solver.scattering_orders",
                                         "solver.ground_light",
@@ -263,8 +266,17 @@ std::map<std::string, std::string> field_settings(const Scene& scene) {
   if (scene.atmosphere.optical_layers) {
     settings["atmosphere.optical_layers"] = "a file of layers";  // compared layer by layer
   } else {
+    if (scene.atmosphere.profile_file) {
+      settings["atmosphere.profile_file"] = "a file of a profile";  // its medium is compared
+    }
     settings["aerosols.phase"] = mie_phase(scene) ? "mie" : "henyey-greenstein";
   }
+  for (const char* table : {"volcanic_sulfate", "dust_layer"}) {
+    if (settings[fmt::format("{}.optical_depth_550nm", table)] != "0") continue;
+    settings.erase(fmt::format("{}.bottom_km", table));
+    settings.erase(fmt::format("{}.top_km", table));
+  }
+  if (scene.aerosols.mixture) settings["aerosols.mixture"] = "a mixture file";  // by its checksum
   return settings;
 }
 
@@ -273,6 +285,10 @@ void require_same_scene(const std::string& file, const Scene& stored, const Scen
   if (theirs.contains("earth.albedo_spectrum") || ours.contains("earth.albedo_spectrum")) {
     theirs.erase("earth.ground_albedo");  // a spectrum stands in its place
     ours.erase("earth.ground_albedo");
+  }
+  if (theirs["aerosols.mixture"] != ours["aerosols.mixture"]) {
+    theirs.erase("aerosols.type");  // a mixture stands in its place
+    ours.erase("aerosols.type");
   }
   const auto shown = [](const std::map<std::string, std::string>& settings,
                         const std::string& key) {
@@ -289,6 +305,21 @@ void require_same_scene(const std::string& file, const Scene& stored, const Scen
   }
 }
 
+// What the scattering matrices depend on beside the scene's keys; empty without a mixture file.
+std::string mixture_checksum(const Scene& scene) {
+  const std::vector<fs::path> files = aerosol_files(scene);
+  return files.empty() ? std::string() : fnv1a64_of_files(files);
+}
+
+void require_same_mixture(const NetcdfReader& reader, const Scene& scene) {
+  const std::string own = mixture_checksum(scene);
+  if (own.empty() || reader.required_text("", kMixtureChecksum) == own) return;
+  throw std::invalid_argument(
+      fmt::format("{}: was solved with another mixture: the file of key 'aerosols.mixture' = "
+                  "\"{}\", or one it names, holds something else now: must be equal",
+                  reader.name(), *scene.aerosols.mixture));
+}
+
 bool same(double a, double b) {
   return std::abs(a - b) <= kSameMedium * std::max(std::abs(a), std::abs(b)) + 1e-300;
 }
@@ -299,7 +330,7 @@ void require_same_medium(const std::string& file, FieldMedium& stored, FieldMedi
     const auto& a = *std::get<std::vector<double>*>(theirs[k].values);
     const auto& b = *std::get<std::vector<double>*>(ours[k].values);
     const std::string what = fmt::format(
-        "{}: was solved for another medium (tables or optical_layers changed since): "
+        "{}: was solved for another medium (tables, optical_layers or profile_file changed since): "
         "variable '{}'",
         file, ours[k].name);
     if (a.size() != b.size()) {
@@ -374,6 +405,9 @@ void write_field(AtomicFile& file, const OrdersField& field, const SceneModel& m
                    "angle of one spherically symmetric atmosphere. Read by twilight --field.");
   writer.attribute("", "twilight_version", kVersion);
   writer.attribute("", "scene", to_toml(without_threads(model.scene)));
+  if (const std::string mixture = mixture_checksum(model.scene); !mixture.empty()) {
+    writer.attribute("", kMixtureChecksum, mixture);
+  }
   writer.attribute("", "earth_radius_km", model.medium.earth_radius_km);
   writer.attribute("", "zenith_step_deg", copy.zenith_step_deg);
   writer.attribute("", "phase_degree", copy.phase_degree);
@@ -410,6 +444,7 @@ OrdersField read_field(const fs::path& path, const SceneModel& model) {
   const Scene stored =
       parse_scene(reader.required_text("", "scene"), reader.name() + " (attribute 'scene')");
   require_same_scene(reader.name(), stored, model.scene);
+  require_same_mixture(reader, model.scene);
   const double radius_km = reader.required_number("", "earth_radius_km");
   if (!same(radius_km, model.medium.earth_radius_km)) {
     throw std::invalid_argument(

@@ -48,21 +48,34 @@ std::vector<double> sky_luminance(const SkyImage& image, const std::vector<doubl
   return sky;
 }
 
-struct Exposure {
-  double scale = 0.0;     // scene luminance -> luminance before the curve
-  double burn_out = 1.0;  // scaled luminance shown as white
-};
-
-Exposure exposure_of(std::vector<double> luminance, double key) {
-  if (luminance.empty()) return {};
+std::optional<ToneExposure> exposure_of(std::vector<double> luminance) {
+  if (luminance.empty()) return std::nullopt;
   std::sort(luminance.begin(), luminance.end());
   const double darkest = percentile(luminance, 0.01);
   const double brightest = percentile(luminance, 0.99);
   double sum = 0.0;
   for (double y : luminance) sum += std::log(std::clamp(y, darkest, brightest));
-  const double scale = key / std::exp(sum / static_cast<double>(luminance.size()));
-  // At least 1: an even sky is shown at its key, not blown up to white.
-  return {scale, std::max(1.0, percentile(luminance, 0.995) * scale)};
+  return ToneExposure{std::exp(sum / static_cast<double>(luminance.size())),
+                      percentile(luminance, 0.995)};
+}
+
+bool in_xyz(const SkyImage& image) {
+  const bool is_xyz = image.channels == std::vector<std::string>{"X", "Y", "Z"};
+  const std::size_t pixels =
+      static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
+  if ((!is_xyz && image.channels != std::vector<std::string>{"R", "G", "B"}) ||
+      image.pixels.size() != pixels * 3) {
+    throw std::logic_error("a preview needs an image with channels R, G, B or X, Y, Z");
+  }
+  return is_xyz;
+}
+
+std::vector<double> luminance_of(const SkyImage& image, bool is_xyz) {
+  std::vector<double> luminance(image.pixels.size() / 3);
+  for (std::size_t i = 0; i < luminance.size(); ++i) {
+    luminance[i] = rec709_luminance(pixel_rgb(image, i, is_xyz));
+  }
+  return luminance;
 }
 
 double srgb_transfer(double linear) {
@@ -71,30 +84,36 @@ double srgb_transfer(double linear) {
 
 }  // namespace
 
+std::optional<ToneExposure> sky_exposure(const SkyImage& image) {
+  return exposure_of(sky_luminance(image, luminance_of(image, in_xyz(image))));
+}
+
 std::vector<std::uint8_t> tone_map(const SkyImage& image, const PreviewSettings& settings) {
   if (!(settings.key > 0.0 && settings.key <= 1.0)) {
     throw std::invalid_argument("preview key is " + std::to_string(settings.key) +
                                 "; it must be in (0, 1]");
   }
-  const bool is_xyz = image.channels == std::vector<std::string>{"X", "Y", "Z"};
-  const std::size_t pixels =
-      static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
-  if ((!is_xyz && image.channels != std::vector<std::string>{"R", "G", "B"}) ||
-      image.pixels.size() != pixels * 3) {
-    throw std::logic_error("a preview needs an image with channels R, G, B or X, Y, Z");
+  if (const auto& given = settings.exposure) {
+    for (const double level : {given->grey, given->white}) {
+      if (std::isfinite(level) && level > 0.0) continue;
+      throw std::invalid_argument("preview exposure is for the luminance " + std::to_string(level) +
+                                  "; it must be above 0");
+    }
   }
-  std::vector<double> luminance(pixels);
-  for (std::size_t i = 0; i < pixels; ++i) {
-    luminance[i] = rec709_luminance(pixel_rgb(image, i, is_xyz));
-  }
-  const Exposure exposure = exposure_of(sky_luminance(image, luminance), settings.key);
+  const bool is_xyz = in_xyz(image);
+  const std::vector<double> luminance = luminance_of(image, is_xyz);
+  std::optional<ToneExposure> exposure = settings.exposure;
+  if (!exposure) exposure = exposure_of(sky_luminance(image, luminance));
+  const std::size_t pixels = luminance.size();
+  const double scale = exposure ? settings.key / exposure->grey : 0.0;
+  // At least 1: an even sky is shown at its key, not blown up to white.
+  const double burn_out = exposure ? std::max(1.0, exposure->white * scale) : 1.0;
 
   std::vector<std::uint8_t> bytes(pixels * 3, 0);
   for (std::size_t i = 0; i < pixels; ++i) {
     if (luminance[i] <= 0.0) continue;
-    const double scaled = luminance[i] * exposure.scale;
-    double shown = std::min(
-        1.0, scaled * (1.0 + scaled / (exposure.burn_out * exposure.burn_out)) / (1.0 + scaled));
+    const double scaled = luminance[i] * scale;
+    double shown = std::min(1.0, scaled * (1.0 + scaled / (burn_out * burn_out)) / (1.0 + scaled));
     const LinearRgb scene = pixel_rgb(image, i, is_xyz);
     LinearRgb display;
     for (std::size_t c = 0; c < 3; ++c) display[c] = scene[c] * (shown / luminance[i]);

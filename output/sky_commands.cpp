@@ -23,7 +23,12 @@
 namespace twilight {
 namespace {
 
-// What the file says of itself, the choices of a budget included.
+double degree_of_polarisation(const StokesRadiance& light, std::size_t at) {
+  return light.i[at] > 0.0 ? std::hypot(light.q[at], light.u[at]) / light.i[at] : 0.0;
+}
+
+}  // namespace
+
 ImageAttributes image_attributes(const Run& run, const SceneModel& model, const Sky& sky) {
   ImageAttributes attributes = image_attributes(model, sky);
   if (!run.plan) return attributes;
@@ -33,12 +38,6 @@ ImageAttributes image_attributes(const Run& run, const SceneModel& model, const 
   }
   return attributes;
 }
-
-double degree_of_polarisation(const StokesRadiance& light, std::size_t at) {
-  return light.i[at] > 0.0 ? std::hypot(light.q[at], light.u[at]) / light.i[at] : 0.0;
-}
-
-}  // namespace
 
 void render(Run& run) {
   const CommandLine& line = run.line;

@@ -2,8 +2,12 @@
 #pragma once
 
 #include "output/command_run.h"
+#include "output/exr_image.h"
 
 namespace twilight {
+
+/// What an image says of itself (scene_map.h), the choices of the run's budget included.
+ImageAttributes image_attributes(const Run& run, const SceneModel& model, const Sky& sky);
 
 /// `twilight render`: the map, its spectral twin and its preview.
 void render(Run& run);

@@ -14,12 +14,11 @@
 #include <utility>
 
 #include "output/colour_temperature.h"
-#include "output/hemisphere.h"
 #include "output/photometry.h"
 #include "output/scene_colour.h"
 #include "output/scene_map.h"
-#include "output/twilight_duration.h"
 #include "output/ubvri.h"
+#include "sim/relative_difference.h"
 #include "solar/solar_spectrum.h"
 #include "solar/twilight_events.h"
 
@@ -43,11 +42,12 @@ std::vector<ViewDirection> directions_of(const std::vector<WantedView>& views) {
 class Observation {
  public:
   Observation(const Sky& sky, const SceneModel& model, const WantedQuantities& wanted,
-              const RunControl& control)
+              const RunControl& control, KnownTwilight* known)
       : sky_(sky),
         model_(model),
         wanted_(wanted),
         control_(control),
+        known_(known),
         photopic_(colour_integrator(model, ColourObserver::kCie1931)),
         wavelengths_(sky.wavelength_nm().size()) {}
 
@@ -81,6 +81,7 @@ class Observation {
   const SceneModel& model_;
   const WantedQuantities& wanted_;
   const RunControl& control_;
+  KnownTwilight* known_;
   ColourIntegrator photopic_;
   std::size_t wavelengths_;
 
@@ -262,8 +263,10 @@ void Observation::polarisation() {
 }
 
 void Observation::twilight_duration() {
+  KnownTwilight own;
   const std::vector<double> depressions =
-      twilight_depressions_deg(sky_, photopic_, wanted_.twilight_thresholds_lux, control_);
+      (known_ != nullptr ? *known_ : own)
+          .depressions_deg(sky_, photopic_, wanted_.twilight_thresholds_lux, control_);
   const std::array<double, 3> limits = {-kCivilTwilightElevationDeg, -kNauticalTwilightElevationDeg,
                                         -kAstronomicalTwilightElevationDeg};
   std::vector<double> minutes(depressions.size(), kNone), almanac(limits.size(), kNone);
@@ -320,8 +323,8 @@ StudyCoordinate pixels_of(const char* name, const char* what, int count) {
 std::vector<ViewDirection> polarisation_views(double sun_elevation_rad) {
   constexpr double kLowest_rad = 2 * kRadPerDeg, kStep_rad = 2 * kRadPerDeg;
   std::vector<ViewDirection> views;
-  for (const WeightedView& v : hemisphere_views()) {
-    if (v.direction.elevation_rad >= kLowest_rad) views.push_back(v.direction);
+  for (const ViewDirection& v : coarse_hemisphere(6, 5).views) {
+    if (v.elevation_rad >= kLowest_rad) views.push_back(v);
   }
   // The Sun's vertical about a right angle from the Sun, beyond the zenith for one above the
   // horizon: there the light scattered once by air is most polarised.
@@ -388,8 +391,9 @@ std::vector<StudyCoordinate> quantity_coordinates(const WantedQuantities& wanted
 }
 
 std::vector<StudyQuantity> observe(const Sky& sky, const SceneModel& model,
-                                   const WantedQuantities& wanted, const RunControl& control) {
-  return Observation(sky, model, wanted, control).run();
+                                   const WantedQuantities& wanted, const RunControl& control,
+                                   KnownTwilight* known) {
+  return Observation(sky, model, wanted, control, known).run();
 }
 
 std::optional<SkyImage> case_picture(const Sky& sky, const SceneModel& model,

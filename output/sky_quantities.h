@@ -6,6 +6,7 @@
 
 #include "output/sky_image.h"
 #include "output/study_results.h"
+#include "output/twilight_duration.h"
 #include "output/wanted_quantities.h"
 #include "sim/run_control.h"
 #include "sim/scene.h"
@@ -25,14 +26,16 @@ std::vector<StudyCoordinate> quantity_coordinates(const WantedQuantities& wanted
 /// measures". Every one has the same name, dimensions and size for every case of a study; what the
 /// sky or its method does not tell (polarisation of a scalar solver, the colour of darkness, a band
 /// outside the wavelengths) is NaN. Throws as Sky's functions do, std::logic_error if the sky
-/// returns a value that is negative or not finite, Cancelled when told to stop.
+/// returns a value that is negative or not finite, Cancelled when told to stop. `known` saves
+/// skies of one air the search for the depressions of twilight.
 std::vector<StudyQuantity> observe(const Sky& sky, const SceneModel& model,
-                                   const WantedQuantities& wanted, const RunControl& control = {});
+                                   const WantedQuantities& wanted, const RunControl& control = {},
+                                   KnownTwilight* known = nullptr);
 
 /// The views whose largest degree of polarisation observe() gives, for a Sun at a geometric
-/// elevation (rad): hemisphere_views() from 2 degrees up and, in steps of 2 degrees, the Sun's
-/// vertical about a right angle from the Sun. The maximum of a single scattering sky is within 0.1
-/// %.
+/// elevation (rad): 30 views over the hemisphere and, in steps of 2 degrees, the Sun's vertical
+/// about a right angle from the Sun, none below 2 degrees. The largest of a sky scattered once is
+/// within 0.1 % (SkyQuantities.LightScatteredOnceAtARightAngleIsPolarisedWholly).
 std::vector<ViewDirection> polarisation_views(double sun_elevation_rad);
 
 /// The sky in colour as render_map shows it in the scene's projection, `picture_size` pixels high,

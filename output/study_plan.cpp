@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <set>
 #include <sstream>
@@ -15,6 +13,7 @@
 
 #include "output/checksum.h"
 #include "output/command_line.h"
+#include "output/scene_fingerprint.h"
 #include "sim/cost_model.h"
 #include "sim/scene_model.h"
 
@@ -22,85 +21,6 @@ namespace twilight {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr std::string_view kFitPrefix = "fit:";
-
-/// Fingerprints of files that scenes name, each read once.
-class FileFingerprints {
- public:
-  // Of the file and, where it is TOML, of the files that its strings name beside it.
-  const std::string& of(const fs::path& file) {
-    const auto known = known_.find(file);
-    if (known != known_.end()) return known->second;
-    std::ifstream stream(file, std::ios::binary);
-    std::string text{std::istreambuf_iterator<char>(stream), {}};
-    if (!stream && !stream.eof()) {
-      throw std::runtime_error(fmt::format("{}: cannot be read", file.string()));
-    }
-    known_[file] = "";  // a file that names itself
-    std::string inner;
-    if (file.extension() == ".toml") {
-      for (const std::string& word : quoted(text)) {
-        const fs::path named = file.parent_path() / word;
-        if (is_file(named)) inner += of(named);
-      }
-    }
-    return known_[file] = fnv1a128(text + inner);
-  }
-
-  static bool is_file(const fs::path& path) {
-    std::error_code ignored;
-    return path.has_filename() && fs::is_regular_file(path, ignored);
-  }
-
- private:
-  static std::set<std::string> quoted(std::string_view text) {
-    std::set<std::string> words;
-    for (std::size_t at = 0; (at = text.find_first_of("\"'", at)) != std::string_view::npos;) {
-      const std::size_t end = text.find_first_of("\"'\n", at + 1);
-      if (end == std::string_view::npos) break;
-      if (text[end] == text[at]) words.emplace(text.substr(at + 1, end - at - 1));
-      at = end + 1;
-    }
-    return words;
-  }
-
-  std::map<fs::path, std::string> known_;
-};
-
-// The file that a key's words name; empty where they name none. Words that are no file names have
-// neither point nor slash.
-fs::path named_file(std::string_view key, std::string_view words) {
-  if (words.starts_with(kFitPrefix)) words.remove_prefix(kFitPrefix.size());
-  constexpr std::string_view kFileKeys[] = {"atmosphere.optical_layers", "atmosphere.profile_file",
-                                            "aerosols.mixture"};
-  const bool may = std::ranges::find(kFileKeys, key) != std::end(kFileKeys) ||
-                   words.find_first_of("./") != std::string_view::npos;
-  return may && FileFingerprints::is_file(words) ? fs::path(words) : fs::path();
-}
-
-// Every key that is set as "key = value" lines, files by their fingerprint.
-std::string settings_text(Scene scene, FileFingerprints& files) {
-  scene.solver.threads = 0;
-  std::string text;
-  std::map<std::string, std::string, std::less<>> fingerprint;
-  for (const SceneKey& key : scene_keys()) {
-    const SceneField field = key.field(scene);
-    std::string* words = nullptr;
-    if (auto* const* plain = std::get_if<std::string*>(&field)) words = *plain;
-    if (auto* const* optional = std::get_if<std::optional<std::string>*>(&field)) {
-      if (**optional) words = &***optional;
-    }
-    if (words == nullptr || words->empty()) continue;
-    const fs::path file = named_file(key.name, *words);
-    if (!file.empty()) *words = fmt::format("file of fingerprint {}", files.of(file));
-  }
-  std::istringstream lines(to_toml(scene));
-  for (std::string line; std::getline(lines, line);) {
-    if (!line.empty() && !line.starts_with('#')) text += line + '\n';
-  }
-  return text;
-}
 
 std::string case_text(const Scene& scene, const WantedQuantities& wanted, FileFingerprints& files) {
   return fmt::format("twilight {}, study format {}\n{}\n{}", kVersion, kStudyFormat,

@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <optional>
 #include <set>
+#include <string_view>
 #include <utility>
 
 #include "output/svg_plot.h"
@@ -70,6 +72,24 @@ struct Request {
   std::optional<bool> logarithmic = {};
 };
 
+/// Of numbers that are shown.
+struct Range {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  double low_positive = low;
+};
+
+void set_ends(PlotAxis& axis, const Range& r, double margin) {
+  if (axis.logarithmic) {
+    axis.first = r.low_positive / 1.15;
+    axis.last = r.high * 1.15;
+    return;
+  }
+  const double scale = std::max(std::abs(r.low), std::abs(r.high));
+  const double beyond = r.high > r.low ? margin * (r.high - r.low) : scale > 0 ? 0.1 * scale : 1.0;
+  axis.first = r.low - beyond;
+  axis.last = r.high + beyond;
+}
+
 /// Points of a plot by panel and curve.
 class PlotMaker {
  public:
@@ -93,7 +113,9 @@ class PlotMaker {
   void gather();
   std::string panel_text(std::size_t row, const StudyColumn& column) const;
   PlotPanel panel(const std::string& key, const PlotAxis& x, const PlotAxis& y) const;
+  Range range(bool of_y, const std::string* panel) const;
   PlotAxis axis(const std::string& label, bool of_y) const;
+  std::vector<PlotAxis> panel_axes(const PlotAxis& shared) const;
   void keep_some();
 
   const StudyTable& table_;
@@ -158,30 +180,45 @@ void PlotMaker::keep_some() {
   });
 }
 
-// All panels share their axes.
-PlotAxis PlotMaker::axis(const std::string& label, bool of_y) const {
-  double low = std::numeric_limits<double>::infinity(), high = -low;
-  double low_positive = low;
+Range PlotMaker::range(bool of_y, const std::string* panel) const {
+  Range r;
   for (const Point& p : points_) {
     if (!std::isfinite(p.x) || !std::isfinite(p.y)) continue;
+    if (panel != nullptr && p.panel != *panel) continue;
     const double v = of_y ? p.y : p.x;
-    low = std::min(low, v);
-    high = std::max(high, v);
-    if (v > 0) low_positive = std::min(low_positive, v);
+    r.low = std::min(r.low, v);
+    r.high = std::max(r.high, v);
+    if (v > 0) r.low_positive = std::min(r.low_positive, v);
   }
+  return r;
+}
+
+PlotAxis PlotMaker::axis(const std::string& label, bool of_y) const {
+  const Range r = range(of_y, nullptr);
   PlotAxis axis{.label = label};
-  const bool decades = high >= kTwoDecades * low_positive && (of_y ? low >= 0 : low > 0);
-  axis.logarithmic = (of_y ? ask_.logarithmic : std::nullopt).value_or(decades) && high > 0;
-  if (axis.logarithmic) {
-    axis.first = low_positive / 1.15;
-    axis.last = high * 1.15;
-  } else {
-    const double scale = std::max(std::abs(low), std::abs(high));
-    const double margin = high > low ? 0.05 * (high - low) : scale > 0 ? 0.1 * scale : 1.0;
-    axis.first = low - (of_y || high == low ? margin : 0.02 * (high - low));
-    axis.last = high + (of_y || high == low ? margin : 0.02 * (high - low));
-  }
+  const bool decades = r.high >= kTwoDecades * r.low_positive && (of_y ? r.low >= 0 : r.low > 0);
+  axis.logarithmic = (of_y ? ask_.logarithmic : std::nullopt).value_or(decades) && r.high > 0;
+  set_ends(axis, r, of_y ? 0.05 : 0.02);
   return axis;
+}
+
+// Panels share their y unless none of them would fill a quarter of it.
+std::vector<PlotAxis> PlotMaker::panel_axes(const PlotAxis& shared) const {
+  const auto span = [](const PlotAxis& a) {
+    return a.logarithmic ? std::log(*a.last / *a.first) : *a.last - *a.first;
+  };
+  std::vector<PlotAxis> own;
+  double widest = 0;
+  for (const std::string& key : panels_) {
+    const Range r = range(true, &key);
+    const bool any = shared.logarithmic ? r.low_positive <= r.high : r.low <= r.high;
+    own.push_back(shared);
+    if (!any) continue;
+    set_ends(own.back(), r, 0.05);
+    widest = std::max(widest, span(own.back()));
+  }
+  if (widest >= 0.25 * span(shared)) own.assign(panels_.size(), shared);
+  return own;
 }
 
 PlotPanel PlotMaker::panel(const std::string& key, const PlotAxis& x, const PlotAxis& y) const {
@@ -218,7 +255,8 @@ std::optional<StudyPlot> PlotMaker::make() {
   const PlotAxis x = axis(label_of(ask_.x->name, ask_.x->unit), false);
   const PlotAxis y = axis(label_of(ask_.y, ask_.columns.front()->unit), true);
   std::vector<PlotPanel> panels;
-  for (const std::string& key : panels_) panels.push_back(panel(key, x, y));
+  const std::vector<PlotAxis> ys = panel_axes(y);
+  for (std::size_t k = 0; k < panels_.size(); ++k) panels.push_back(panel(panels_[k], x, ys[k]));
   std::string title = fmt::format("{} against {}", ask_.y, ask_.x->name);
   if (ask_.series != nullptr && !curve_each()) title += " by " + ask_.series->name;
   const int columns = panels.size() == 1 ? 1 : panels.size() <= 4 ? 2 : 3;
@@ -271,11 +309,13 @@ std::vector<Request> requests_of(const StudyTable& table, const WantedQuantities
     all.push_back(std::move(r));
   }
   if (!wanted.plots.empty()) return all;
-  constexpr std::size_t kFew = 5;
+  // Short lists without a choice of views or wavelengths in them.
+  constexpr std::string_view kLists[] = {"zenith_magnitude", "twilight_sun_depression",
+                                         "twilight_duration"};
   for (const StudyColumn& y : table.quantities) {
     const std::string base = base_of(y.name);
-    const bool single = base == y.name;
-    if (!numeric(y) || (!single && columns_of(table, base).size() > kFew)) continue;
+    const bool single = base == y.name || std::ranges::find(kLists, base) != std::end(kLists);
+    if (!numeric(y) || !single) continue;
     for (const StudyColumn& x : table.axes) {
       if (!numeric(x) || values_of(x, table.cases()).size() < 2) continue;
       all.push_back({&x, y.name, {&y}, chosen_series(table, &x), false, {}});

@@ -19,16 +19,16 @@ struct StudyPlot {
 /// says so.
 inline constexpr std::size_t kMostPlotCurves = 8, kMostPlotPanels = 6;
 
-/// The plots that were wanted; where none were, every single number, and every number of a quantity
-/// of five at most ("zenith_magnitude[V]"), against every axis of two numbers or more, those left
-/// out that have nothing to show. Failed cases and NaNs leave gaps.
+/// The plots that were wanted; where none were, every single number, those of the zenith's bands
+/// ("zenith_magnitude[V]") and of the thresholds of twilight among them, against every axis of two
+/// numbers or more, those left out that have nothing to show. Failed cases and NaNs leave gaps.
 ///
 /// x on an axis of crossed ones: lines through the cases that differ in x alone, one for each value
 /// of the series axis (if not said: an axis of words, else the one of fewest values), the other
-/// axes in panels that share their y. Cases in a list, or x a quantity: dots, coloured by the
-/// series axis. y a quantity of several numbers: a curve of each, or a panel of each where the
-/// series is said. An axis is logarithmic where its numbers are above 0 and span two decades, y
-/// also where some are 0, which are left out.
+/// axes in panels that share their y unless none of them would fill a quarter of it. Cases in a
+/// list, or x a quantity: dots, coloured by the series axis. y a quantity of several numbers: a
+/// curve of each, or a panel of each where the series is said. An axis is logarithmic where its
+/// numbers are above 0 and span two decades, y also where some are 0, which are left out.
 ///
 /// A wanted plot of a column that the table does not have is not drawn (check_plots).
 std::vector<StudyPlot> study_plots(const StudyTable& table, const WantedQuantities& wanted);

@@ -19,6 +19,7 @@
 #include "output/checksum.h"
 #include "output/child_run.h"
 #include "output/command_line.h"
+#include "sim/scene_aerosols.h"
 #include "sim/scene_file.h"
 
 namespace twilight {
@@ -38,11 +39,23 @@ std::string whole_file(const fs::path& path) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
+// What the files hold that the scene names.
+std::string files_of(const Scene& scene) {
+  std::string all;
+  for (const auto& file : {scene.atmosphere.optical_layers, scene.atmosphere.profile_file}) {
+    if (file) all += whole_file(*file);
+  }
+  for (const fs::path& file : aerosol_files(scene)) all += whole_file(file);
+  return all;
+}
+
 // The scene of a ladder or rung, ready to be printed: it must mean the same in any folder, and what
 // a map looks like is no part of it.
 Scene portable(Scene scene) {
-  auto& layers = scene.atmosphere.optical_layers;
-  if (layers) layers = fs::absolute(*layers).string();
+  for (auto* file : {&scene.atmosphere.optical_layers, &scene.atmosphere.profile_file,
+                     &scene.aerosols.mixture}) {
+    if (*file) *file = fs::absolute(**file).string();
+  }
   scene.output = {};
   return scene;
 }
@@ -54,8 +67,7 @@ std::string physics_inputs(Scene scene) {
   // Both say how, not what, and their defaults go with the method.
   scene.sun.disc_average.reset();
   scene.aerosols.phase.reset();
-  const auto& layers = scene.atmosphere.optical_layers;
-  return fnv1a64(to_toml(scene) + (layers ? whole_file(*layers) : ""));
+  return fnv1a64(to_toml(scene) + files_of(scene));
 }
 
 std::string suns_text(const std::vector<double>& suns_deg) {
@@ -67,10 +79,9 @@ PlannedRung planned(Rung rung, const Scene& scene, const std::vector<double>& su
   PlannedRung result;
   const Scene there = portable(scene);
   result.scene_toml = to_toml(there);
-  const auto& layers = there.atmosphere.optical_layers;
-  result.inputs = fnv1a64(fmt::format("twilight {}\n{} x {}\n{}\n{}\n{}", kVersion, rung.name,
-                                      repeat, suns_text(suns_deg), result.scene_toml,
-                                      layers ? whole_file(*layers) : ""));
+  result.inputs =
+      fnv1a64(fmt::format("twilight {}\n{} x {}\n{}\n{}\n{}", kVersion, rung.name, repeat,
+                          suns_text(suns_deg), result.scene_toml, files_of(there)));
   result.rung = std::move(rung);
   return result;
 }

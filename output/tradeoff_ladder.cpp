@@ -300,7 +300,14 @@ std::optional<std::string> why_inapplicable(const Rung& rung, const Scene& scene
   if (rung.needs == RungNeeds::kProfile && own_layers) {
     return "the scene brings its own optical layers or published air";
   }
-  if (rung.needs == RungNeeds::kAerosols && scene.aerosols.type == "none" && !own_layers) {
+  const auto changes = [&](std::string_view start) {
+    return std::ranges::any_of(rung.overrides,
+                               [&](const std::string& o) { return o.starts_with(start); });
+  };
+  if (scene.atmosphere.profile_file && changes("atmosphere.profile=")) {
+    return "the scene brings its own profile";
+  }
+  if (rung.needs == RungNeeds::kAerosols && !has_aerosol(scene) && !own_layers) {
     return "the scene has no aerosol";
   }
   return std::nullopt;
@@ -332,7 +339,9 @@ std::vector<std::string> orders_reference_overrides(const Scene& scene, bool qui
   all.emplace_back("solver.scattering_orders=auto");
   if (replaces_profile(scene)) return all;
   all.push_back(fmt::format("atmosphere.layers={}", times(scene.atmosphere.layers, 2, 200, 500)));
-  all.push_back(fmt::format("atmosphere.top_km={}", std::max(120.0, scene.atmosphere.top_km)));
+  if (!scene.atmosphere.profile_file) {  // whose own top may be lower
+    all.push_back(fmt::format("atmosphere.top_km={}", std::max(120.0, scene.atmosphere.top_km)));
+  }
   const std::vector<double>& nm = scene.spectrum.wavelengths_nm;
   if (!quick && nm.size() > 1 && 2 * nm.size() - 1 <= 64) {
     std::vector<double> finer = {nm.front()};

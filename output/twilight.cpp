@@ -24,7 +24,10 @@
 #include "output/field_file.h"
 #include "output/fit_file.h"
 #include "output/fit_report.h"
+#include "output/optics_command.h"
+#include "output/retrieve_command.h"
 #include "output/scene_map.h"
+#include "output/sequence_command.h"
 #include "output/sky_commands.h"
 #include "output/sky_fit.h"
 #include "output/study_axes.h"
@@ -54,8 +57,7 @@ void sun(Run& run) {
   // Where the Sun is seen depends on the air's refractive index alone: one wavelength, no aerosol.
   Scene scene = run.scene;
   constexpr double kWavelengthNm = 550.0;
-  scene.aerosols.type = "none";
-  scene.aerosols.optical_depth_550nm.reset();
+  remove_aerosols(scene);
   scene.spectrum.solved_nm.clear();
   if (!scene.atmosphere.optical_layers) scene.spectrum.wavelengths_nm = {kWavelengthNm};
   const SceneModel model = build_scene_model(scene);
@@ -102,33 +104,6 @@ void sun(Run& run) {
   };
   for (const auto& [name, time] : events)
     table.add_row({name, time ? format_offset_date_time(*time, offset_minutes) : ""});
-  table.write("-", std::cout);
-}
-
-void optics(Run& run) {
-  const SceneModel model = run.model();
-  const Medium& medium = model.medium;
-  CsvTable table({"bottom_km", "top_km", "pressure_hpa", "temperature_k",
-                  "relative_humidity_percent", "wavelength_nm", "refractive_index",
-                  "air_scattering_per_km", "aerosol_scattering_per_km", "aerosol_absorption_per_km",
-                  "aerosol_asymmetry", "gas_absorption_per_km"});
-  // A user's own layers have no state of the air.
-  const auto state = [](const std::vector<double>& values, std::size_t layer) {
-    return values.empty() ? CsvTable::Cell("") : CsvTable::Cell(values[layer]);
-  };
-  std::vector<double> humidity_percent = medium.relative_humidity;
-  for (double& percent : humidity_percent) percent *= 100.0;
-  for (std::size_t i = 0; i < medium.layers(); ++i) {
-    for (std::size_t w = 0; w < medium.wavelengths(); ++w) {
-      table.add_row({medium.boundary_km[i], medium.boundary_km[i + 1],
-                     state(medium.pressure_hpa, i), state(medium.temperature_k, i),
-                     state(humidity_percent, i), medium.wavelength_nm[w],
-                     1.0 + medium.refractivity(i, w), medium.air_scattering_per_km(i, w),
-                     medium.aerosol_scattering_per_km(i, w), medium.aerosol_absorption_per_km(i, w),
-                     medium.aerosol_asymmetry(i, w), medium.gas_absorption_per_km(i, w)});
-    }
-  }
-  run.control().check();
   table.write("-", std::cout);
 }
 
@@ -240,7 +215,7 @@ void tradeoff_rung(const CommandLine& line) {
 bool solves(Command command) {
   return command == Command::kRender || command == Command::kRadiance ||
          command == Command::kAerial || command == Command::kIrradiance ||
-         command == Command::kSolve || command == Command::kTables;
+         command == Command::kSolve || command == Command::kTables || command == Command::kSequence;
 }
 
 void run_command(const CommandLine& line, spdlog::logger& log) {
@@ -286,6 +261,8 @@ void run_command(const CommandLine& line, spdlog::logger& log) {
       return optics(run);
     case Command::kTables:
       return tables(run);
+    case Command::kSequence:
+      return sequence(run);
     case Command::kTradeoff:
       // Its rungs say themselves what they model.
       run.scene.quality.reset();
@@ -293,6 +270,8 @@ void run_command(const CommandLine& line, spdlog::logger& log) {
       return tradeoff(run);
     case Command::kFit:
       return fit(run, *study);
+    case Command::kRetrieve:
+      return retrieve_air(run, loaded);
     case Command::kCompare:
     case Command::kTradeoffRung:
     case Command::kStudy:
@@ -323,11 +302,13 @@ int program(int argc, char** argv) {
     run_command(*parsed.command, log);
     return kExitSuccess;
   } catch (const Cancelled&) {
-    const bool keeps = parsed.command->command == Command::kTradeoff;
-    const bool studies = parsed.command->command == Command::kStudy;
-    log.error("twilight: stopped; {}", keeps     ? "rungs that are done are kept for the next time"
-                                       : studies ? "cases that are done are kept for the next time"
-                                                 : "nothing was written");
+    const Command command = parsed.command->command;
+    const char* const kept =
+        command == Command::kTradeoff   ? "rungs that are done are kept for the next time"
+        : command == Command::kStudy    ? "cases that are done are kept for the next time"
+        : command == Command::kSequence ? "frames that are done are kept for the next time"
+                                        : "nothing was written";
+    log.error("twilight: stopped; {}", kept);
     return kExitInterrupted;
   } catch (const BadInput& error) {
     log.error("twilight: {}", error.what());

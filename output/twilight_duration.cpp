@@ -1,5 +1,7 @@
 #include "output/twilight_duration.h"
 
+#include <oneapi/tbb/task_arena.h>
+
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -145,6 +147,21 @@ std::vector<double> twilight_depressions_deg(const Sky& sky, const ColourIntegra
     return illuminance_lux(photopic, global, other->solar_irradiance());
   };
   return twilight_depressions_deg(illuminance, thresholds_lux);
+}
+
+std::vector<double> KnownTwilight::depressions_deg(const Sky& sky, const ColourIntegrator& photopic,
+                                                   std::span<const double> thresholds_lux,
+                                                   const RunControl& control) {
+  const std::lock_guard lock(mutex_);
+  if (!std::ranges::equal(solar_irradiance_, sky.solar_irradiance()) ||
+      !std::ranges::equal(thresholds_lux_, thresholds_lux)) {
+    // Waiting for its own tasks, a thread must not take up a case that waits for the lock.
+    depressions_deg_ = tbb::this_task_arena::isolate(
+        [&] { return twilight_depressions_deg(sky, photopic, thresholds_lux, control); });
+    solar_irradiance_.assign(sky.solar_irradiance().begin(), sky.solar_irradiance().end());
+    thresholds_lux_.assign(thresholds_lux.begin(), thresholds_lux.end());
+  }
+  return depressions_deg_;
 }
 
 std::vector<double> minutes_after_sunset(const Place& place, const std::string& time,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <mutex>
 #include <optional>
 #include <span>
 #include <string>
@@ -37,6 +38,21 @@ std::vector<double> twilight_depressions_deg(
 std::vector<double> twilight_depressions_deg(const Sky& sky, const ColourIntegrator& photopic,
                                              std::span<const double> thresholds_lux,
                                              const RunControl& control = {});
+
+/// Depressions found before, for skies that share air, ground, observer and method: the Sun of each
+/// does not matter to them. Of several threads the first computes, the others wait.
+class KnownTwilight {
+ public:
+  /// As twilight_depressions_deg(), to the bit, which it calls for another sunlight or other
+  /// thresholds than the last time.
+  std::vector<double> depressions_deg(const Sky& sky, const ColourIntegrator& photopic,
+                                      std::span<const double> thresholds_lux,
+                                      const RunControl& control = {});
+
+ private:
+  std::mutex mutex_;
+  std::vector<double> solar_irradiance_, thresholds_lux_, depressions_deg_;
+};
 
 /// Minutes from the sunset of an evening (the Sun's centre at kSunriseElevationDeg) until the Sun
 /// is so far below the horizon, by the ephemeris; below 0 before sunset. The evening is that of the

@@ -43,7 +43,7 @@ double ubvri_magnitude(std::size_t band, double mean_irradiance_w_m2_nm);
 /// A band is measured where the wavelengths hold at least kUbvriCoverage of the integral of its
 /// response; in what little is beyond them (L/E0) lambda^4 is that of the nearest (were it wrong by
 /// 30 % there, 0.003 mag). Other bands are NaN, never extrapolated: 380..780 nm gives B and V, U
-/// needs 315 nm, R 840, I 900.
+/// needs 313 nm, R 840, I 900.
 class UbvriIntegrator {
  public:
   /// As ColourIntegrator: wavelength_nm strictly increasing, finite, > 0, at least one;

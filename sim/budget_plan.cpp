@@ -39,8 +39,9 @@ double level_error(const Scene& scene, const QualityLevel& level, const WantedSk
                    const SceneRequirements& required) {
   // Sea salt and dust scatter forward more than the aerosols that the levels were measured in: as
   // the most turbid of those.
-  const bool large =
-      scene.aerosols.type.starts_with("maritime") || scene.aerosols.type.starts_with("desert");
+  const bool large = scene.aerosols.mixture || scene.dust_layer.optical_depth_550nm > 0 ||
+                     scene.aerosols.type.starts_with("maritime") ||
+                     scene.aerosols.type.starts_with("desert");
   const double depth = large && required.aerosol_optical_depth > 0
                            ? std::max(required.aerosol_optical_depth, kTurbidOpticalDepth)
                            : required.aerosol_optical_depth;

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <fstream>
 #include <functional>
+#include <initializer_list>
 #include <limits>
 #include <numbers>
 #include <sstream>
@@ -51,8 +52,10 @@ struct Sizes {
 
 double phase_seconds_per_wavelength(const Scene& scene) {
   if (!mie_phase(scene)) return 0;
-  // Sea salt has the largest particles.
-  return scene.aerosols.type.starts_with("maritime") ? 0.45 : 0.09;
+  // Sea salt has the largest particles; what a mixture file holds is not looked at.
+  const AerosolOptions& a = scene.aerosols;
+  const double seconds = a.mixture || a.type.starts_with("maritime") ? 0.45 : 0.09;
+  return a.humidity == "profile" ? 2 * seconds : seconds;
 }
 
 Sizes sizes_of(const Scene& scene) {
@@ -61,20 +64,29 @@ Sizes sizes_of(const Scene& scene) {
   s.lanes = static_cast<double>(padded_lanes(solved_wavelengths_nm(scene.spectrum).size()));
   const AerosolOptions& a = scene.aerosols;
   s.kinds = replaces_profile(scene) ? 1.0
-            : a.type == "none"
+            : !has_column_aerosol(scene)
                 ? 0.0
                 : static_cast<double>(a.mixing_layer) + static_cast<double>(a.free_troposphere) +
                       static_cast<double>(a.stratosphere);
+  if (!replaces_profile(scene)) {
+    s.kinds += static_cast<double>(scene.volcanic_sulfate.optical_depth_550nm > 0) +
+               static_cast<double>(scene.dust_layer.optical_depth_550nm > 0);
+  }
   return s;
 }
 
 // Altitudes of the aerosol's top and bottom decide how many levels carry it.
 double aerosol_share_of_levels(const Scene& scene, double kinds) {
   if (kinds == 0) return 0;
-  const double top_km = replaces_profile(scene)           ? scene.atmosphere.top_km
-                        : scene.aerosols.stratosphere     ? 35.0
-                        : scene.aerosols.free_troposphere ? 12.0
-                                                          : 3.0;
+  double top_km = replaces_profile(scene)           ? scene.atmosphere.top_km
+                  : !has_column_aerosol(scene)      ? 0.0
+                  : scene.aerosols.stratosphere     ? 35.0
+                  : scene.aerosols.free_troposphere ? 12.0
+                                                    : 3.0;
+  for (const AddedLayerOptions* layer : std::initializer_list<const AddedLayerOptions*>{
+           &scene.volcanic_sulfate, &scene.dust_layer}) {
+    if (layer->optical_depth_550nm > 0) top_km = std::max(top_km, layer->top_km);
+  }
   // Levels stand at top v^2 (0.6 + 0.4 v).
   double v = 0;
   while (v < 1 && scene.atmosphere.top_km * v * v * (0.6 + 0.4 * v) < top_km) v += 0.01;

@@ -15,6 +15,7 @@
 #include "sim/elapsed_time.h"
 #include "sim/gauss_legendre.h"
 #include "sim/horizontal_quadrature.h"
+#include "sim/sky_column.h"
 #include "sim/solver_arena.h"
 #include "sim/sun_disc_profile.h"
 #include "sim/view_segment.h"
@@ -213,20 +214,56 @@ StokesRadiance OrdersSky::single_scattering(std::span<const ViewDirection> views
   return gather(views, OrdersGather::Light::kSingle);
 }
 
+// Columns share a ray among azimuths, as maps do, but nothing is interpolated.
+std::vector<double> OrdersSky::energy_radiance(std::span<const ViewDirection> views,
+                                               std::size_t azimuths) const {
+  if (!model_.scene.solver.view_interpolation || atmosphere_->kind_count() > SkyTable::kMostKinds) {
+    return gather(views, OrdersGather::Light::kTruncated).i;
+  }
+  const std::size_t W = model_.medium.wavelengths();
+  std::vector<double> out(views.size() * W);
+  arena_->arena.execute([&] {
+    const SkyColumns columns(*atmosphere_, *gather_, pi / 2 - model_.sun_elevation_rad, true);
+    tbb::parallel_for(std::size_t{0}, views.size() / azimuths, [&](std::size_t e) {
+      const double elevation = views[e * azimuths].elevation_rad;
+      std::vector<double> around;
+      for (std::size_t a = 0; a < azimuths; ++a) {
+        around.push_back(views[e * azimuths + a].relative_azimuth_rad);
+      }
+      const std::vector<float> light = columns.at(*rays_->at(elevation), around);
+      std::vector<float> seen(atmosphere_->lanes());
+      for (std::size_t a = 0; a < azimuths; ++a) {
+        SkyPoint point = columns.point(elevation, around[a]);
+        point.phase = atmosphere_->truncated_phase->values();
+        point.nodes = 2;
+        point.node[0] = point.node[1] = &light[a * columns.block()];
+        point.weight[0] = 1;
+        sky_radiance(point, seen.data());
+        for (std::size_t w = 0; w < W; ++w) {
+          double& i = out[(e * azimuths + a) * W + w];
+          i = model_.solar_irradiance[w] * static_cast<double>(seen[w]);
+          if (!std::isfinite(i)) throw std::runtime_error("the sky radiance is not finite");
+        }
+      }
+    });
+  });
+  return out;
+}
+
 Irradiance OrdersSky::irradiance() const {
   constexpr int kElevations = 24, kAzimuths = 16;
   const std::size_t W = model_.medium.wavelengths();
   const auto [views, weight] = horizontal_quadrature(kElevations, kAzimuths);
   // The truncated phase functions leave their forward peak in the beam, which the diffuse light
   // then takes from it.
-  const StokesRadiance sky = gather(views, OrdersGather::Light::kTruncated);
+  const std::vector<double> sky = energy_radiance(views, kAzimuths);
   Irradiance result{std::vector<double>(W), std::vector<double>(W)};
   const double height_km = observer_altitude_km(model_.scene);
   const double zenith = pi / 2 - model_.sun_elevation_rad;
   std::vector<double> path(model_.medium.layers());
   for (std::size_t w = 0; w < W; ++w) {
     for (std::size_t k = 0; k < views.size(); ++k) {
-      result.diffuse[w] += weight[k] * sky.i[k * W + w];
+      result.diffuse[w] += weight[k] * sky[k * W + w];
     }
     // Irradiance of the beam with the true extinction and the truncated one, over the disc.
     const RefractedRays rays(model_.medium, w);

@@ -63,6 +63,10 @@ class OrdersSky : public Sky {
 
  private:
   void look(const RunControl& control);
+  // I of views in rows of `azimuths` at one elevation, by the truncated phase functions, which
+  // carry the field's energy; [view][wavelength].
+  std::vector<double> energy_radiance(std::span<const ViewDirection> views,
+                                      std::size_t azimuths) const;
   void tabulate() const;
   StokesRadiance gather(std::span<const ViewDirection> views, OrdersGather::Light light) const;
 

@@ -168,6 +168,66 @@ void check_height(const Scene& scene, Checker& check) {
   }
 }
 
+void check_added_layer(const Scene& scene, std::string_view table, const AddedLayerOptions& layer,
+                       Checker& check) {
+  const auto key = [&](std::string_view leaf) { return fmt::format("{}.{}", table, leaf); };
+  check.range(key("optical_depth_550nm"), layer.optical_depth_550nm, 0.0, 10.0);
+  check.range(key("bottom_km"), layer.bottom_km, 0.0, 120.0);
+  check.range(key("top_km"), layer.top_km, 0.0, 120.0);
+  if (!(layer.top_km > layer.bottom_km)) {
+    check.fail(key("top_km"), fmt::format("= {}: must be above {} = {}", layer.top_km,
+                                          key("bottom_km"), layer.bottom_km));
+  }
+  if (!(layer.optical_depth_550nm > 0.0)) return;
+  if (scene.atmosphere.optical_layers) {
+    check.fail(key("optical_depth_550nm"),
+               fmt::format("= {}: must be 0 where atmosphere.optical_layers is given, which "
+                           "replaces all aerosols",
+                           layer.optical_depth_550nm));
+  } else if (published_air_name(scene).empty() && layer.top_km > scene.atmosphere.top_km) {
+    check.fail(key("top_km"), fmt::format("= {}: must be at most atmosphere.top_km = {}",
+                                          layer.top_km, scene.atmosphere.top_km));
+  }
+}
+
+void check_aerosols(const Scene& scene, Checker& check) {
+  const AerosolOptions& aerosols = scene.aerosols;
+  check.one_of("aerosols.type", aerosols.type,
+               {"none", "continental_clean", "continental_average", "continental_polluted", "urban",
+                "desert", "maritime_clean", "maritime_polluted", "maritime_tropical", "arctic",
+                "antarctic"});
+  if (aerosols.mixture && aerosols.mixture->empty())
+    check.fail("aerosols.mixture", "= \"\": must be the path of a mixture file");
+  check.range("aerosols.relative_humidity_percent", aerosols.relative_humidity_percent, 0.0, 99.0);
+  check.one_of("aerosols.humidity", aerosols.humidity, {"mixing-layer", "profile"});
+  check.range("aerosols.optical_depth_550nm", aerosols.optical_depth_550nm, 0.0, 100.0);
+  check.range("aerosols.angstrom_exponent", aerosols.angstrom_exponent, -1.0, 4.0);
+  if (!has_column_aerosol(scene)) {
+    if (aerosols.optical_depth_550nm.value_or(0.0) > 0.0) {
+      check.fail("aerosols.optical_depth_550nm",
+                 fmt::format("= {}: must be 0 or unset where aerosols.type is \"none\"",
+                             *aerosols.optical_depth_550nm));
+    }
+    if (aerosols.angstrom_exponent) {
+      check.fail("aerosols.angstrom_exponent",
+                 fmt::format("= {}: must be unset where aerosols.type is \"none\"",
+                             *aerosols.angstrom_exponent));
+    }
+  }
+  if (aerosols.mixture) {
+    // A mixture file has layers of its own.
+    const std::pair<std::string_view, bool> kept[] = {
+        {"aerosols.mixing_layer", aerosols.mixing_layer},
+        {"aerosols.free_troposphere", aerosols.free_troposphere},
+        {"aerosols.stratosphere", aerosols.stratosphere}};
+    for (const auto& [key, value] : kept) {
+      if (!value) check.fail(key, "= false: must be true where aerosols.mixture is given");
+    }
+  }
+  check_added_layer(scene, "volcanic_sulfate", scene.volcanic_sulfate, check);
+  check_added_layer(scene, "dust_layer", scene.dust_layer, check);
+}
+
 void check_medium(const Scene& scene, Checker& check) {
   const AtmosphereOptions& air = scene.atmosphere;
   check.range("earth.radius_km", scene.earth.radius_km, 1000.0, 70000.0);
@@ -177,9 +237,20 @@ void check_medium(const Scene& scene, Checker& check) {
       "atmosphere.profile", air.profile,
       {"us_standard", "tropical", "midlatitude_summer", "midlatitude_winter", "subarctic_summer",
        "subarctic_winter", "exponential", "scratchapixel", "scratchapixel_code", "bruneton2008"});
-  // The AFGL tables end at 120 km; a user's own layers bring their own top.
-  const bool afgl =
-      air.profile != "exponential" && !air.optical_layers && published_air_name(scene).empty();
+  if (air.profile_file) {
+    constexpr std::string_view kKey = "atmosphere.profile_file";
+    if (air.profile_file->empty()) check.fail(kKey, "= \"\": must be the path of a profile");
+    if (air.optical_layers) {
+      check.fail(kKey, "is given: must be left out where atmosphere.optical_layers is given");
+    }
+    if (!published_air_name(scene).empty()) {
+      check.fail(kKey, fmt::format("is given: must be left out where the air is that of \"{}\"",
+                                   published_air_name(scene)));
+    }
+  }
+  // The AFGL tables end at 120 km; a user's own layers and profile bring their own top.
+  const bool afgl = air.profile != "exponential" && !air.optical_layers && !air.profile_file &&
+                    published_air_name(scene).empty();
   check.range("atmosphere.top_km", air.top_km, 1.0, afgl ? 120.0 : 200.0);
   check.range("atmosphere.layers", air.layers, 1, 500);
   check.one_of("atmosphere.layer_spacing", air.layer_spacing, {"graded", "equal-air-mass", "even"});
@@ -198,18 +269,7 @@ void check_medium(const Scene& scene, Checker& check) {
 
   check_height(scene, check);
 
-  check.one_of("aerosols.type", scene.aerosols.type,
-               {"none", "continental_clean", "continental_average", "continental_polluted", "urban",
-                "desert", "maritime_clean", "maritime_polluted", "maritime_tropical", "arctic",
-                "antarctic"});
-  check.range("aerosols.relative_humidity_percent", scene.aerosols.relative_humidity_percent, 0.0,
-              99.0);
-  check.range("aerosols.optical_depth_550nm", scene.aerosols.optical_depth_550nm, 0.0, 100.0);
-  if (scene.aerosols.type == "none" && scene.aerosols.optical_depth_550nm.value_or(0.0) > 0.0) {
-    check.fail("aerosols.optical_depth_550nm",
-               fmt::format("= {}: must be 0 or unset where aerosols.type is \"none\"",
-                           *scene.aerosols.optical_depth_550nm));
-  }
+  check_aerosols(scene, check);
   if (scene.aerosols.phase) {
     constexpr std::string_view kPhase = "aerosols.phase";
     check.one_of(kPhase, *scene.aerosols.phase, {"mie", "henyey-greenstein"});
@@ -444,6 +504,10 @@ bool solves_transfer(const Scene& scene) {
   return method == "cells" || method == "orders" || method == "monte-carlo";
 }
 
+bool serves_every_sun(const Scene& scene) {
+  return scene.solver.method == "orders" || scene.solver.method == "bruneton";
+}
+
 std::string published_air_name(const Scene& scene) {
   if (scene.atmosphere.optical_layers) return {};
   const std::string& profile = scene.atmosphere.profile;
@@ -458,6 +522,23 @@ bool replaces_profile(const Scene& scene) {
   return scene.atmosphere.optical_layers || !published_air_name(scene).empty();
 }
 
+bool has_column_aerosol(const Scene& scene) {
+  return scene.aerosols.mixture || scene.aerosols.type != "none";
+}
+
+bool has_aerosol(const Scene& scene) {
+  return has_column_aerosol(scene) || scene.volcanic_sulfate.optical_depth_550nm > 0.0 ||
+         scene.dust_layer.optical_depth_550nm > 0.0;
+}
+
+void remove_aerosols(Scene& scene) {
+  scene.aerosols.type = "none";
+  scene.aerosols.mixture.reset();
+  scene.aerosols.optical_depth_550nm.reset();
+  scene.aerosols.angstrom_exponent.reset();
+  scene.volcanic_sulfate.optical_depth_550nm = scene.dust_layer.optical_depth_550nm = 0.0;
+}
+
 bool polarised(const Scene& scene) {
   return scene.solver.polarisation.value_or(scene.solver.method != "cells" &&
                                             solves_transfer(scene));
@@ -469,7 +550,7 @@ bool disc_averaged(const Scene& scene) {
 
 bool mie_phase(const Scene& scene) {
   if (scene.atmosphere.optical_layers) return false;
-  if (scene.aerosols.type == "none" && published_air_name(scene).empty()) return false;
+  if (!has_aerosol(scene) && published_air_name(scene).empty()) return false;
   if (scene.aerosols.phase) return *scene.aerosols.phase == "mie";
   const std::string& method = scene.solver.method;
   return method == "orders" || method == "monte-carlo" || method == "nishita" ||

@@ -54,9 +54,13 @@ struct AtmosphereOptions {
   /// paper's exp(-h/8 km)); "scratchapixel", "scratchapixel_code" or "bruneton2008" (those models'
   /// own air, haze and Earth, see [two_constituent_air], which replace aerosols, ozone and top_km).
   std::string profile = "us_standard";
-  double top_km = 100.0;  ///< 1..120 for AFGL profiles, 1..200 for "exponential"; 100: sunlit air
-                          ///< above the zenith down to a Sun of -10 deg
-  int layers = 100;       ///< 1..500
+  /// A profile of one's own in place of `profile`, in uvspec's format
+  /// (atmosphere/uvspec_profile.h); relative to the scene file.
+  std::optional<std::string> profile_file;
+  /// 1..120 for AFGL profiles, 1..200 for "exponential", 1..its own top for profile_file; 100:
+  /// sunlit air above the zenith down to a Sun of -10 deg
+  double top_km = 100.0;
+  int layers = 100;  ///< 1..500
   /// "graded" (equal steps of the integral of density^(1/4): fine below, never
   /// coarse above), "equal-air-mass" (the paper's recursion), "even".
   std::string layer_spacing = "graded";
@@ -84,14 +88,45 @@ struct AerosolOptions {
   /// continental_polluted, urban, desert, maritime_clean, maritime_polluted,
   /// maritime_tropical, arctic, antarctic
   std::string type = "continental_average";
-  double relative_humidity_percent = 80.0;    ///< of the mixing layer, 0..99
+  /// Mixture file (aerosols/mixture_file.h) in place of `type`, which is then not looked at;
+  /// relative to the scene file.
+  std::optional<std::string> mixture;
+  /// Of the mixing layer, and of a mixture file's layers that name none, 0..99.
+  double relative_humidity_percent = 80.0;
+  /// "mixing-layer" (of the mixing layer as above, of the layers above it OPAC's, of a mixture
+  /// file's layers theirs) or "profile": in every layer that of the atmosphere's water vapour at
+  /// that height, at most 99 %. The paper has the former.
+  std::string humidity = "mixing-layer";
   std::optional<double> optical_depth_550nm;  ///< 0..100: scales the whole aerosol column to this
+  /// Of the column between 440 and 870 nm, -1..4: scales the coarse particles against the fine
+  /// ones; the optical depth at 550 nm stays, or is optical_depth_550nm.
+  std::optional<double> angstrom_exponent;
   /// "mie" (the mixture's scattering matrix, with polarisation) or "henyey-greenstein". Unset:
   /// "mie", "henyey-greenstein" for "cells", which know no other, and for optical_layers.
   std::optional<std::string> phase;
   /// Which of the type's layers take part: the mixing layer, the free troposphere above it (to
   /// 12 km) and the stratosphere (12..35 km). optical_depth_550nm is that of all of them.
   bool mixing_layer = true, free_troposphere = true, stratosphere = true;
+};
+
+/// A layer of one component, even in height, on top of the aerosols above: none of their keys
+/// changes it.
+struct AddedLayerOptions {
+  double optical_depth_550nm = 0.0;      ///< 0..10; 0 = no such layer
+  double bottom_km = 0.0, top_km = 0.0;  ///< 0..120, bottom below top
+};
+
+/// Sulphuric acid droplets (OPAC's SUSO as in its stratosphere, effective radius 0.24 um) after an
+/// eruption: within the 15..25 km where SAGE II saw Pinatubo's at mid-latitudes (McCormick,
+/// Thomason & Trepte 1995, Nature 373, 399).
+struct VolcanicSulfateOptions : AddedLayerOptions {
+  VolcanicSulfateOptions() : AddedLayerOptions{0.0, 18.0, 23.0} {}
+};
+
+/// Mineral dust from afar (OPAC's MITR, effective radius 2.4 um) in the Saharan air layer, which
+/// lies above the marine air, up to 5..6 km (Carlson & Prospero 1972, J. Appl. Meteorol. 11, 283).
+struct DustLayerOptions : AddedLayerOptions {
+  DustLayerOptions() : AddedLayerOptions{0.0, 2.0, 5.0} {}
 };
 
 struct SpectrumOptions {
@@ -196,6 +231,8 @@ struct Scene {
   EarthOptions earth;
   AtmosphereOptions atmosphere;
   AerosolOptions aerosols;
+  VolcanicSulfateOptions volcanic_sulfate;
+  DustLayerOptions dust_layer;
   SpectrumOptions spectrum;
   SolverOptions solver;
   ModelOptions models;
@@ -224,11 +261,20 @@ double ground_depth_km(const Scene& scene);
 /// Whether the method solves the transfer of light ("cells", "orders", "monte-carlo"); else it is a
 /// published model.
 bool solves_transfer(const Scene& scene);
+/// Whether one solve serves every Sun: Sky::with_sun_at() gives a sky.
+bool serves_every_sun(const Scene& scene);
 /// The published air (atmosphere/two_constituent_air.h) that the scene takes in place of profile
 /// and aerosols: its profile's, or that of a model with its own; empty for none.
 std::string published_air_name(const Scene& scene);
 /// Whether profile and aerosols do not matter: the user's own layers or published air.
 bool replaces_profile(const Scene& scene);
+
+/// Whether the scene names particles (of a type or mixture), and whether any (added layers too);
+/// where replaces_profile(), they are not looked at.
+bool has_column_aerosol(const Scene& scene);
+bool has_aerosol(const Scene& scene);
+/// Takes all of them out.
+void remove_aerosols(Scene& scene);
 
 /// The options as the scene's method takes them where they are unset.
 bool polarised(const Scene& scene);

@@ -12,7 +12,9 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "aerosols/mixture_file.h"
 #include "atmosphere/optical_layers.h"
+#include "atmosphere/uvspec_profile.h"
 #include "sim/models/fit_coefficients.h"
 #include "sim/quality.h"
 
@@ -70,8 +72,11 @@ constexpr SceneKey kKeys[] = {
      "subarctic_winter (AFGL), exponential (the paper's exp(-h/8 km)), scratchapixel, "
      "scratchapixel_code, or bruneton2008 (those models' air, haze and Earth, see "
      "[two_constituent_air])"},
+    {"atmosphere.profile_file", TWILIGHT_FIELD(atmosphere.profile_file),
+     "profile in uvspec's format (columns z, p, T, air, O3, O2, H2O, CO2, NO2, top first) in place "
+     "of profile; a relative path starts at this file's folder"},
     {"atmosphere.top_km", TWILIGHT_FIELD(atmosphere.top_km),
-     "top of the atmosphere, 1..120 km, 1..200 km for exponential"},
+     "top of the atmosphere, 1..120 km, 1..200 km for exponential, 1..its top for profile_file"},
     {"atmosphere.layers", TWILIGHT_FIELD(atmosphere.layers),
      "number of layers, 1..500"},
     {"atmosphere.layer_spacing", TWILIGHT_FIELD(atmosphere.layer_spacing),
@@ -101,10 +106,18 @@ constexpr SceneKey kKeys[] = {
     {"aerosols.type", TWILIGHT_FIELD(aerosols.type),
      "none, continental_clean, continental_average, continental_polluted, urban, desert, "
      "maritime_clean, maritime_polluted, maritime_tropical, arctic, antarctic"},
+    {"aerosols.mixture", TWILIGHT_FIELD(aerosols.mixture),
+     "file of a mixture in place of type; a relative path starts at this file's folder", "none"},
     {"aerosols.relative_humidity_percent", TWILIGHT_FIELD(aerosols.relative_humidity_percent),
-     "of the mixing layer, 0..99"},
+     "of the mixing layer, and of a mixture's layers that name none, 0..99"},
+    {"aerosols.humidity", TWILIGHT_FIELD(aerosols.humidity),
+     "mixing-layer (as above; OPAC's above that layer), or profile (the atmosphere's water vapour "
+     "at every height, at most 99 %)"},
     {"aerosols.optical_depth_550nm", TWILIGHT_FIELD(aerosols.optical_depth_550nm),
      "0..100: scales the aerosol column to this optical depth; auto: the type's own", "auto"},
+    {"aerosols.angstrom_exponent", TWILIGHT_FIELD(aerosols.angstrom_exponent),
+     "-1..4, of the column between 440 and 870 nm: scales coarse particles against fine ones; auto: "
+     "the mixture's own", "auto"},
     {"aerosols.phase", TWILIGHT_FIELD(aerosols.phase),
      "mie (the mixture's scattering matrix, polarised), or henyey-greenstein; auto: mie, "
      "henyey-greenstein for cells and optical_layers, which know no other", "auto"},
@@ -114,6 +127,16 @@ constexpr SceneKey kKeys[] = {
      "whether the aerosol above it, to 12 km, takes part"},
     {"aerosols.stratosphere", TWILIGHT_FIELD(aerosols.stratosphere),
      "whether the aerosol at 12..35 km takes part"},
+
+    {"volcanic_sulfate.optical_depth_550nm", TWILIGHT_FIELD(volcanic_sulfate.optical_depth_550nm),
+     "0..10, of a layer of sulphuric acid droplets on top of [aerosols]; 0 = none"},
+    {"volcanic_sulfate.bottom_km", TWILIGHT_FIELD(volcanic_sulfate.bottom_km), "0..120 km"},
+    {"volcanic_sulfate.top_km", TWILIGHT_FIELD(volcanic_sulfate.top_km), "above bottom_km, to 120 km"},
+
+    {"dust_layer.optical_depth_550nm", TWILIGHT_FIELD(dust_layer.optical_depth_550nm),
+     "0..10, of a layer of mineral dust from afar on top of [aerosols]; 0 = none"},
+    {"dust_layer.bottom_km", TWILIGHT_FIELD(dust_layer.bottom_km), "0..120 km"},
+    {"dust_layer.top_km", TWILIGHT_FIELD(dust_layer.top_km), "above bottom_km, to 120 km"},
 
     {"spectrum.wavelengths_nm", TWILIGHT_FIELD(spectrum.wavelengths_nm),
      "1..64 wavelengths, strictly increasing within 280..1000 nm"},
@@ -597,6 +620,55 @@ void resolve_optical_layers(LoadedScene& loaded) {
   if (!scene.atmosphere.depolarisation) scene.atmosphere.depolarisation = 0.0;
 }
 
+// Finds the user's profile beside the scene file and checks it whole, and that it reaches the top.
+void resolve_profile_file(LoadedScene& loaded) {
+  AtmosphereOptions& air = loaded.scene.atmosphere;
+  constexpr std::string_view kKey = "atmosphere.profile_file";
+  const std::string given = *air.profile_file;
+  std::filesystem::path file = given;
+  if (file.is_relative()) file = loaded.file.parent_path() / file;
+  file = file.lexically_normal();
+  if (given.empty() || !std::filesystem::is_regular_file(file)) {
+    throw std::invalid_argument(loaded.complaint(
+        kKey, fmt::format("= {}: must be a profile in uvspec's format; there is none at {}",
+                          toml_string(given), file.string())));
+  }
+  air.profile_file = file.string();
+  const double top_km = read_uvspec_profile(file).top_km();
+  if (air.top_km > top_km) {
+    throw std::invalid_argument(loaded.complaint(
+        "atmosphere.top_km",
+        fmt::format("= {}: must be 1..{}, the top of {}", air.top_km, top_km, file.string())));
+  }
+}
+
+bool overridden(const LoadedScene& loaded, std::string_view key) {
+  const auto it = loaded.origin.find(key);
+  return it != loaded.origin.end() && it->second.starts_with(kOverride);
+}
+
+// Finds the mixture file beside the scene file and checks it whole.
+void resolve_mixture(LoadedScene& loaded) {
+  AerosolOptions& aerosols = loaded.scene.aerosols;
+  if (overridden(loaded, "aerosols.type") && !overridden(loaded, "aerosols.mixture")) {
+    throw std::invalid_argument(loaded.complaint(
+        "aerosols.type", fmt::format("= \"{}\": must not be set where aerosols.mixture takes its "
+                                     "place; set aerosols.mixture=none too",
+                                     aerosols.type)));
+  }
+  const std::string given = *aerosols.mixture;
+  std::filesystem::path file = given;
+  if (file.is_relative()) file = loaded.file.parent_path() / file;
+  file = file.lexically_normal();
+  if (given.empty() || !std::filesystem::is_regular_file(file)) {
+    throw std::invalid_argument(loaded.complaint(
+        "aerosols.mixture", fmt::format("= {}: must be a mixture file; there is none at {}",
+                                        toml_string(given), file.string())));
+  }
+  read_mixture_file(file);
+  aerosols.mixture = file.string();
+}
+
 // Finds a fit's coefficients beside the scene file and checks them whole; they come with their own
 // wavelengths.
 void resolve_fit(LoadedScene& loaded) {
@@ -616,11 +688,6 @@ void resolve_fit(LoadedScene& loaded) {
   if (!loaded.origin.contains("spectrum.wavelengths_nm")) {
     loaded.scene.spectrum.wavelengths_nm = std::move(held);
   }
-}
-
-bool overridden(const LoadedScene& loaded, std::string_view key) {
-  const auto it = loaded.origin.find(key);
-  return it != loaded.origin.end() && it->second.starts_with(kOverride);
 }
 
 // A quality or a budget sets the method and its steps, but for the keys that the same file (or
@@ -687,6 +754,8 @@ void finish(LoadedScene& loaded, std::span<const std::string> overrides) {
   for (const std::string& assignment : overrides) apply_override(loaded, assignment);
   resolve_quality(loaded);
   if (loaded.scene.atmosphere.optical_layers) resolve_optical_layers(loaded);
+  if (loaded.scene.atmosphere.profile_file) resolve_profile_file(loaded);
+  if (loaded.scene.aerosols.mixture) resolve_mixture(loaded);
   if (loaded.scene.solver.method.starts_with(kFitMethodPrefix)) resolve_fit(loaded);
 
   const Scene& scene = loaded.scene;
@@ -791,6 +860,8 @@ std::vector<std::pair<std::string, std::string>> scene_settings(const Scene& sce
         std::ranges::find(kStillUsed, key.name) == std::end(kStillUsed)) {
       continue;
     }
+    if (scene.atmosphere.profile_file && key.name == "atmosphere.profile") continue;
+    if (scene.aerosols.mixture && key.name == "aerosols.type") continue;
     const SceneField field = key.field(copy);
     std::string text;
     if (const auto* word = std::get_if<std::string*>(&field))

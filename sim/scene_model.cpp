@@ -4,12 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <numbers>
 #include <stdexcept>
 #include <utility>
 
-#include "aerosols/mixtures.h"
 #include "atmosphere/air.h"
 #include "atmosphere/layers.h"
 #include "atmosphere/optical_layers.h"
@@ -18,6 +16,7 @@
 #include "sim/monte_carlo_sky.h"
 #include "sim/orders_atmosphere.h"
 #include "sim/orders_sky.h"
+#include "sim/scene_aerosols.h"
 #include "sim/solver_arena.h"
 #include "sim/spectral_sky.h"
 #include "solar/place.h"
@@ -30,53 +29,6 @@ namespace {
 
 constexpr double kRadPerDeg = std::numbers::pi / 180;
 constexpr double kMeanEarthRadiusKm = 6371.0;
-
-// Adds the layers' aerosol to the medium, each coefficient as the layer's mean, or at its
-// centre as the paper has it. `phases`, [aerosol layer][wavelength] or empty, become one kind of
-// aerosol for every layer that scatters within the model.
-void add_aerosols(Medium& medium, const std::vector<AerosolLayer>& aerosols, double factor,
-                  bool centre, std::vector<std::vector<PhaseMatrix>> phases) {
-  std::vector<LayerTable> kinds(phases.size(), LayerTable(medium.layers(), medium.wavelengths()));
-  std::vector<bool> scatters(phases.size(), false);
-  for (std::size_t i = 0; i < medium.layers(); ++i) {
-    const double z0 = medium.boundary_km[i], z1 = medium.boundary_km[i + 1];
-    const double z = 0.5 * (z0 + z1);
-    for (std::size_t w = 0; w < medium.wavelengths(); ++w) {
-      double scattering = 0, absorption = 0, forward = 0;
-      for (std::size_t k = 0; k < aerosols.size(); ++k) {
-        const AerosolLayer& a = aerosols[k];
-        const bool inside = z >= a.bottom_km && z < a.top_km;
-        const double p = factor * (centre ? (inside ? std::exp(-z / a.scale_height_km) : 0.0)
-                                          : mean_profile(a, z0, z1));
-        scattering += p * a.scattering_per_km[w];
-        absorption += p * a.absorption_per_km[w];
-        forward += p * a.scattering_per_km[w] * a.asymmetry[w];
-        if (phases.empty()) continue;
-        kinds[k](i, w) = p * a.scattering_per_km[w];
-        if (kinds[k](i, w) > 0) scatters[k] = true;
-      }
-      medium.aerosol_scattering_per_km(i, w) = scattering;
-      medium.aerosol_absorption_per_km(i, w) = absorption;
-      medium.aerosol_asymmetry(i, w) = scattering > 0 ? forward / scattering : 0.0;
-    }
-  }
-  for (std::size_t k = 0; k < phases.size(); ++k) {
-    if (!scatters[k]) continue;
-    medium.aerosol_phase.push_back(std::move(phases[k]));
-    medium.aerosol_kind_scattering_per_km.push_back(std::move(kinds[k]));
-  }
-}
-
-// Takes the particles out of the layers (three, or none) that the scene leaves out. The layers
-// stay, so that the air is divided alike.
-void empty_layers(const AerosolOptions& options, std::vector<AerosolLayer>& aerosols) {
-  const bool kept[] = {options.mixing_layer, options.free_troposphere, options.stratosphere};
-  for (std::size_t k = 0; k < aerosols.size(); ++k) {
-    if (kept[k]) continue;
-    std::ranges::fill(aerosols[k].scattering_per_km, 0.0);
-    std::ranges::fill(aerosols[k].absorption_per_km, 0.0);
-  }
-}
 
 // The published air with what the scene changes of it.
 TwoConstituentAir two_constituent_air(const Scene& scene) {
@@ -114,25 +66,6 @@ double ground_albedo_at(const EarthOptions& earth, double wavelength_nm) {
 }
 
 }  // namespace
-
-std::vector<std::vector<PhaseMatrix>> KnownPhases::phases(const std::string& type,
-                                                          double relative_humidity_percent,
-                                                          std::span<const double> wavelength_nm) {
-  auto& known = known_[{type, relative_humidity_percent}];
-  std::vector<double> unknown;
-  std::ranges::copy_if(wavelength_nm, std::back_inserter(unknown),
-                       [&](double nm) { return !known.contains(nm); });
-  auto computed = opac_aerosol_phases(type, relative_humidity_percent, unknown);
-  for (std::size_t w = 0; w < unknown.size(); ++w) {
-    std::vector<PhaseMatrix>& layers = known[unknown[w]];
-    for (auto& layer : computed) layers.push_back(std::move(layer[w]));
-  }
-  std::vector<std::vector<PhaseMatrix>> result(computed.size());
-  for (std::size_t k = 0; k < result.size(); ++k) {
-    for (const double nm : wavelength_nm) result[k].push_back(known[nm][k]);
-  }
-  return result;
-}
 
 const std::vector<double>& solved_wavelengths_nm(const SpectrumOptions& spectrum) {
   return spectrum.solved_nm.empty() ? spectrum.wavelengths_nm : spectrum.solved_nm;
@@ -190,10 +123,10 @@ SceneModel build_scene_model(const Scene& scene, KnownPhases* known) {
     model.medium =
         layered(*model.two_constituent_air, wavelengths, std::move(boundary_km), mie_phase(scene));
   } else {
-    auto aerosols = opac_aerosol_layers(scene.aerosols.type,
-                                        scene.aerosols.relative_humidity_percent, wavelengths);
+    auto aerosols = scene_aerosol_layers(scene);
     AirOptions air;
     air.profile = scene.atmosphere.profile;
+    air.profile_file = scene.atmosphere.profile_file.value_or("");
     air.top_km = scene.atmosphere.top_km;
     air.layers = scene.atmosphere.layers;
     air.layer_spacing = scene.atmosphere.layer_spacing;
@@ -206,28 +139,11 @@ SceneModel build_scene_model(const Scene& scene, KnownPhases* known) {
     air.depolarisation = scene.atmosphere.depolarisation;
     air.earth_radius_km = radius_km;
     air.ground_depth_km = ground_depth_km(scene);
-    for (const AerosolLayer& a : aerosols) {
-      if (a.top_km < air.top_km) air.snap_boundaries_km.push_back(a.top_km);
-    }
+    air.snap_boundaries_km = aerosol_boundaries_km(aerosols, air.top_km);
     model.medium = make_air(air, wavelengths);
-    double factor = 1.0;
-    if (scene.aerosols.optical_depth_550nm && !aerosols.empty()) {
-      const double at_550[] = {550.0};
-      double depth = 0;
-      for (const AerosolLayer& a : opac_aerosol_layers(
-               scene.aerosols.type, scene.aerosols.relative_humidity_percent, at_550)) {
-        depth += optical_depth_between(a, 0, 0.0, std::max(a.bottom_km, model.medium.top_km()));
-      }
-      factor = *scene.aerosols.optical_depth_550nm / depth;
-    }
-    empty_layers(scene.aerosols, aerosols);
     KnownPhases own;
-    add_aerosols(model.medium, aerosols, factor, centre,
-                 mie_phase(scene)
-                     ? (known != nullptr ? *known : own)
-                           .phases(scene.aerosols.type, scene.aerosols.relative_humidity_percent,
-                                   wavelengths)
-                     : std::vector<std::vector<PhaseMatrix>>());
+    add_aerosols(model.medium, scene, std::move(aerosols), centre, mie_phase(scene),
+                 known != nullptr ? *known : own);
   }
   for (const double nm : wavelengths) {
     model.solar_irradiance.push_back(solar_irradiance_w_m2_nm(scene.sun.spectrum, nm) /

@@ -1,16 +1,12 @@
 // A scene made physical: Sun, local Earth radius, optical medium.
 #pragma once
 
-#include <map>
 #include <memory>
 #include <optional>
-#include <span>
-#include <string>
-#include <utility>
 #include <vector>
 
+#include "aerosols/known_phases.h"
 #include "atmosphere/medium.h"
-#include "atmosphere/phase_matrix.h"
 #include "atmosphere/two_constituent_air.h"
 #include "sim/orders_field.h"
 #include "sim/run_control.h"
@@ -33,20 +29,6 @@ struct SceneModel {
   std::optional<TwoConstituentAir> two_constituent_air;
   std::vector<double> ground_albedo;     ///< Lambertian, 0..1, per wavelength
   std::vector<double> solar_irradiance;  ///< at the actual distance, W m^-2 nm^-1, per wavelength
-};
-
-/// Scattering matrices computed before, for scenes that share aerosols and wavelengths: they are
-/// what a model takes longest for.
-class KnownPhases {
- public:
-  /// As opac_aerosol_phases(), of which it computes what it does not hold.
-  std::vector<std::vector<PhaseMatrix>> phases(const std::string& type,
-                                               double relative_humidity_percent,
-                                               std::span<const double> wavelength_nm);
-
- private:
-  using State = std::pair<std::string, double>;
-  std::map<State, std::map<double, std::vector<PhaseMatrix>>> known_;  // [wavelength][layer]
 };
 
 /// Where the Sun stands over the observer, and the Earth's curve there.

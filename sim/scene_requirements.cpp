@@ -183,8 +183,7 @@ class Pilot {
     Scene one = scene_;
     one.spectrum.wavelengths_nm = {scene.spectrum.wavelengths_nm.front()};
     one.aerosols.phase.reset();
-    one.aerosols.type = "none";
-    one.aerosols.optical_depth_550nm.reset();
+    remove_aerosols(one);
     const SceneModel where = build_scene_model(one);
     if (wanted.every_sun) {
       scene_.observer.height_m = 0;  // the field knows no observer
@@ -327,8 +326,13 @@ class Pilot {
     result.spectra.push_back({all, 0.0});
     if (all.size() < 4 || replaces_profile(scene_)) return;
     Scene clear = scene_;
-    clear.aerosols.mixing_layer = clear.aerosols.free_troposphere = false;
-    clear.aerosols.stratosphere = false;
+    if (clear.aerosols.mixture) {
+      remove_aerosols(clear);
+    } else {
+      clear.aerosols.mixing_layer = clear.aerosols.free_troposphere = false;
+      clear.aerosols.stratosphere = false;
+      clear.volcanic_sulfate.optical_depth_550nm = clear.dust_layer.optical_depth_550nm = 0;
+    }
     clear.aerosols.phase = "henyey-greenstein";
     const SceneModel model = build_scene_model(clear);
     const auto truth = all_light(model);
@@ -416,8 +420,12 @@ bool can_leave_out(const Scene& scene, Effect effect) {
   const AtmosphereOptions& air = scene.atmosphere;
   const AerosolOptions& aerosols = scene.aerosols;
   const bool own_layers = replaces_profile(scene);
-  const bool particles =
-      !own_layers && aerosols.type != "none" && aerosols.optical_depth_550nm.value_or(1.0) > 0;
+  // A mixture file's layers are not known by name; layers asked for by name stay.
+  const bool particles = !own_layers && !aerosols.mixture && aerosols.type != "none" &&
+                         aerosols.optical_depth_550nm.value_or(1.0) > 0;
+  const double added_top_km =
+      std::max(scene.volcanic_sulfate.optical_depth_550nm > 0 ? scene.volcanic_sulfate.top_km : 0,
+               scene.dust_layer.optical_depth_550nm > 0 ? scene.dust_layer.top_km : 0);
   const double height_km = observer_altitude_km(scene);
   switch (effect) {
     case Effect::kRefraction:
@@ -437,13 +445,14 @@ bool can_leave_out(const Scene& scene, Effect effect) {
     case Effect::kOzone:
       return !own_layers && air.ozone_du.value_or(1.0) > 0;
     case Effect::kNitrogenDioxide:
-      return !own_layers &&
-             air.nitrogen_dioxide_du.value_or(air.profile == "exponential" ? 0.0 : 1.0) > 0;
+      return !own_layers && air.nitrogen_dioxide_du.value_or(
+                                air.profile == "exponential" && !air.profile_file ? 0.0 : 1.0) > 0;
     case Effect::kGroundLight:
       return scene.solver.ground_light;
     case Effect::kAirAbove80:
     case Effect::kAirAbove60:
-      return !own_layers && air.top_km > top_after(effect) && 3 * height_km < top_after(effect);
+      return !own_layers && air.top_km > top_after(effect) && 3 * height_km < top_after(effect) &&
+             added_top_km <= top_after(effect);
   }
   return false;
 }

@@ -66,7 +66,7 @@ TEST(OpacMixture, MixingRuleGivesOpacDigits) {
   EXPECT_NEAR(cosine / scattering, 0.6977, 0.5e-4);
   const double wavelength_nm[] = {550.0};
   const auto layers = opac_aerosol_layers("continental_polluted", 80.0, wavelength_nm);
-  EXPECT_NEAR(extinction * 2.0 * mean_profile(layers[0], 0.0, 2.0) + optical_depth(layers[1], 0) +
+  EXPECT_NEAR(extinction * 2.0 * layers[0].profile.mean(0.0, 2.0) + optical_depth(layers[1], 0) +
                   optical_depth(layers[2], 0),
               0.3270, 0.5e-4);
 }
@@ -154,12 +154,12 @@ TEST(OpacMixture, LayersJoinFromTheGroundTo35Km) {
   for (const std::string_view type : aerosol_types()) {
     const auto layers = opac_aerosol_layers(type, 50.0, wavelength_nm);
     ASSERT_EQ(layers.size(), 3u);
-    EXPECT_EQ(layers[0].bottom_km, 0.0);
-    EXPECT_EQ(layers[0].top_km, layers[1].bottom_km);
-    EXPECT_EQ(layers[1].top_km, 12.0);
-    EXPECT_EQ(layers[2].bottom_km, 12.0);
-    EXPECT_EQ(layers[2].top_km, 35.0);
-    EXPECT_TRUE(std::isinf(layers[2].scale_height_km));
+    EXPECT_EQ(layers[0].profile.bottom_km, 0.0);
+    EXPECT_EQ(layers[0].profile.top_km, layers[1].profile.bottom_km);
+    EXPECT_EQ(layers[1].profile.top_km, 12.0);
+    EXPECT_EQ(layers[2].profile.bottom_km, 12.0);
+    EXPECT_EQ(layers[2].profile.top_km, 35.0);
+    EXPECT_TRUE(std::isinf(layers[2].profile.scale_height_km));
   }
 }
 
@@ -224,12 +224,14 @@ TEST(OpacMixture, RejectsValuesOutOfRange) {
 }
 
 AerosolLayer exponential_layer() {
-  return {.bottom_km = 2.0,
-          .top_km = 12.0,
-          .scale_height_km = 8.0,
-          .scattering_per_km = {0.3},
-          .absorption_per_km = {0.1},
-          .asymmetry = {0.6}};
+  AerosolLayer layer;
+  layer.profile.bottom_km = 2.0;
+  layer.profile.top_km = 12.0;
+  layer.profile.scale_height_km = 8.0;
+  layer.scattering_per_km = {0.3};
+  layer.absorption_per_km = {0.1};
+  layer.asymmetry = {0.6};
+  return layer;
 }
 
 TEST(AerosolProfile, DepthOfAnExponentialLayer) {
@@ -239,10 +241,10 @@ TEST(AerosolProfile, DepthOfAnExponentialLayer) {
 
 TEST(AerosolProfile, DepthOfAConstantLayer) {
   AerosolLayer layer = exponential_layer();
-  layer.scale_height_km = std::numeric_limits<double>::infinity();
+  layer.profile.scale_height_km = std::numeric_limits<double>::infinity();
   EXPECT_DOUBLE_EQ(optical_depth(layer, 0), 4.0);
-  EXPECT_DOUBLE_EQ(mean_profile(layer, 3.0, 5.0), 1.0);
-  layer.scale_height_km = 1e9;  // the limit is approached
+  EXPECT_DOUBLE_EQ(layer.profile.mean(3.0, 5.0), 1.0);
+  layer.profile.scale_height_km = 1e9;  // the limit is approached
   EXPECT_NEAR(optical_depth(layer, 0), 4.0, 1e-6);
 }
 
@@ -252,32 +254,31 @@ TEST(AerosolProfile, SlicesAddUpToTheLayer) {
   for (int i = 0; i < 70; ++i) {  // slices 0.5 km thick from -0.2 km cut both ends
     const double z0 = -0.2 + 0.5 * i, z1 = -0.2 + 0.5 * (i + 1);
     sum += optical_depth_between(layer, 0, z0, z1);
-    from_means += 0.4 * mean_profile(layer, z0, z1) * (z1 - z0);
+    from_means += 0.4 * layer.profile.mean(z0, z1) * (z1 - z0);
   }
   EXPECT_NEAR(sum, optical_depth(layer, 0), 1e-13);
   EXPECT_NEAR(from_means, optical_depth(layer, 0), 1e-12);
 }
 
 TEST(AerosolProfile, MeanOfAThinSliceIsTheProfileAtItsHeight) {
-  EXPECT_NEAR(mean_profile(exponential_layer(), 5.0 - 1e-9, 5.0 + 1e-9), std::exp(-5.0 / 8.0),
-              1e-9);
+  EXPECT_NEAR(exponential_layer().profile.mean(5.0 - 1e-9, 5.0 + 1e-9), std::exp(-5.0 / 8.0), 1e-9);
 }
 
 TEST(AerosolProfile, NothingOutsideTheLayer) {
   const AerosolLayer layer = exponential_layer();
-  EXPECT_EQ(mean_profile(layer, 0.0, 2.0), 0.0);
-  EXPECT_EQ(mean_profile(layer, 12.0, 20.0), 0.0);
+  EXPECT_EQ(layer.profile.mean(0.0, 2.0), 0.0);
+  EXPECT_EQ(layer.profile.mean(12.0, 20.0), 0.0);
   EXPECT_EQ(optical_depth_between(layer, 0, 12.0, 99.0), 0.0);
   // Half inside: half the mean.
-  EXPECT_NEAR(mean_profile(layer, 11.0, 13.0), 0.5 * mean_profile(layer, 11.0, 12.0), 1e-15);
+  EXPECT_NEAR(layer.profile.mean(11.0, 13.0), 0.5 * layer.profile.mean(11.0, 12.0), 1e-15);
 }
 
 TEST(AerosolProfile, RejectsBadIntervals) {
   const AerosolLayer layer = exponential_layer();
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_THROW(mean_profile(layer, 3.0, 3.0), std::invalid_argument);
-  EXPECT_THROW(mean_profile(layer, 4.0, 3.0), std::invalid_argument);
-  EXPECT_THROW(mean_profile(layer, nan, 3.0), std::invalid_argument);
+  EXPECT_THROW(layer.profile.mean(3.0, 3.0), std::invalid_argument);
+  EXPECT_THROW(layer.profile.mean(4.0, 3.0), std::invalid_argument);
+  EXPECT_THROW(layer.profile.mean(nan, 3.0), std::invalid_argument);
   EXPECT_THROW(optical_depth_between(layer, 0, 4.0, 3.0), std::invalid_argument);
   EXPECT_THROW(optical_depth_between(layer, 1, 3.0, 4.0), std::out_of_range);
   EXPECT_EQ(optical_depth_between(layer, 0, 3.0, 3.0), 0.0);

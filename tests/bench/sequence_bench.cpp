@@ -15,6 +15,7 @@
 #include "output/field_file.h"
 #include "output/sky_sequence.h"
 #include "sim/elapsed_time.h"
+#include "sim/orders_sky.h"
 #include "sim/scene_model.h"
 #include "solar/solar_spectrum.h"
 

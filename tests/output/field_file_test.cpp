@@ -223,6 +223,14 @@ TEST_F(FieldFile, AnotherAtmosphereIsRefusedByKey) {
        [](Scene& s) { s.aerosols.type = "urban"; }},
       {{"'aerosols.optical_depth_550nm'", "auto", "0.3"},
        [](Scene& s) { s.aerosols.optical_depth_550nm = 0.3; }},
+      {{"'aerosols.angstrom_exponent'", "auto", "1.2"},
+       [](Scene& s) { s.aerosols.angstrom_exponent = 1.2; }},
+      {{"'aerosols.humidity'", "mixing-layer", "profile"},
+       [](Scene& s) { s.aerosols.humidity = "profile"; }},
+      {{"'volcanic_sulfate.optical_depth_550nm'", "0", "0.1"},
+       [](Scene& s) { s.volcanic_sulfate.optical_depth_550nm = 0.1; }},
+      {{"'dust_layer.optical_depth_550nm'", "0", "0.1"},
+       [](Scene& s) { s.dust_layer.optical_depth_550nm = 0.1; }},
       {{"'spectrum.wavelengths_nm'", "[450, 550, 700]", "[450, 550]"},
        [](Scene& s) {
          s.spectrum.wavelengths_nm = {450, 550};
@@ -295,6 +303,25 @@ TEST_F(FieldFile, OwnLayersAreComparedByWhatTheyHold) {
   write_field(path_, field, build_scene_model(scene));
   EXPECT_NO_THROW(read_field(path_, build_scene_model(layers("b.csv", 0.01))));
   expect_refused<std::invalid_argument>(layers("a.csv", 0.02), {"air_scattering", "0.01", "0.02"});
+}
+
+// A mixture file may lie elsewhere; what it holds may not change, even where the coefficients do
+// not (a matrix might).
+TEST_F(FieldFile, MixturesAreComparedByWhatTheyHold) {
+  const auto mixture = [&](const char* name, const char* humidity) {
+    std::ofstream(folder_ / name) << "[[layer]]\nbottom_km = 0\ntop_km = 2\n"
+                                     "relative_humidity_percent = "
+                                  << humidity
+                                  << "\nnumber_per_cm3 = {WASO = 3000}\n"
+                                     "optical_depth_550nm = 0.1\n";
+    Scene scene = orders_scene();
+    scene.aerosols.mixture = (folder_ / name).string();
+    return scene;
+  };
+  write_field(path_, some_field(), build_scene_model(mixture("a.toml", "50")));
+  EXPECT_NO_THROW(read_field(path_, build_scene_model(mixture("b.toml", "50"))));
+  expect_refused<std::invalid_argument>(mixture("a.toml", "51"), {"aerosols.mixture", "a.toml"});
+  expect_refused<std::invalid_argument>(orders_scene(), {"aerosols.mixture", "none"});
 }
 
 TEST_F(FieldFile, UnreadableFilesAreNamed) {

@@ -94,6 +94,26 @@ TEST(Preview, XyzLooksLikeRgb) {
   for (std::size_t i = 0; i < rgb.size(); ++i) EXPECT_NEAR(rgb[i], xyz[i], 1);
 }
 
+TEST(Preview, ItsOwnExposureIsTheDefault) {
+  const SkyImage image = grey_ramp(3.0f);
+  EXPECT_EQ(tone_map(image, {.exposure = sky_exposure(image)}), tone_map(image));
+  EXPECT_FALSE(sky_exposure({2, 1, {"R", "G", "B"}, std::vector<float>(6, 0.0f)}));
+}
+
+// With a given exposure what is shown depends on a pixel alone, not on the picture around it.
+TEST(Preview, OneExposureShowsOneLightAlike) {
+  const PreviewSettings fixed{.exposure = ToneExposure{2.0, 30.0}};
+  const SkyImage alone{1, 1, {"R", "G", "B"}, {3, 4, 5}};
+  const SkyImage beside{2, 1, {"R", "G", "B"}, {3, 4, 5, 900, 900, 900}};
+  const auto one = tone_map(alone, fixed), two = tone_map(beside, fixed);
+  for (std::size_t c = 0; c < 3; ++c) EXPECT_EQ(one[c], two[c]);
+  // Grey 2 goes to the key: 0.2 (1 + 0.2/9)/1.2 = 0.17037 with white 30 (3 before the curve), in
+  // sRGB 0.4497 = 115.
+  const auto grey = tone_map({1, 1, {"R", "G", "B"}, {2, 2, 2}}, fixed);
+  EXPECT_EQ(grey[0], 115);
+  EXPECT_THROW(tone_map(alone, {.exposure = ToneExposure{0.0, 1.0}}), std::invalid_argument);
+}
+
 TEST(Preview, RefusesBadInput) {
   SkyImage image{1, 1, {"R", "G", "B"}, {1, 1, 1}};
   EXPECT_THROW(tone_map(image, {.key = 0.0}), std::invalid_argument);

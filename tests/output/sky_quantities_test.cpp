@@ -283,6 +283,18 @@ TEST(SkyQuantities, SkiesOfTheOrdersAreObservedWhole) {
   const auto& depression = named(all, "twilight_sun_depression").values;
   EXPECT_LT(depression[0], depression[1]);
   EXPECT_LT(depression[1], depression[2]);
+  // They are those of the air, to the bit, whatever the Sun.
+  KnownTwilight known;
+  WantedQuantities duration;
+  duration.quantities = {SkyQuantity::kTwilightDuration};
+  for (const double sun : {-3.0, 20.0}) {
+    const auto other = sky->with_sun_at(sun * kRadPerDeg);
+    for (KnownTwilight* memory : {static_cast<KnownTwilight*>(nullptr), &known}) {
+      EXPECT_EQ(
+          named(observe(*other, model, duration, {}, memory), "twilight_sun_depression").values,
+          depression);
+    }
+  }
   // At the depression found the light is the threshold's: 0.01 degrees of it are 1.2 %.
   const auto there = sky->with_sun_at(-depression[0] * kRadPerDeg);
   WantedQuantities light;
@@ -323,6 +335,7 @@ TEST(Ubvri, BandsAreMeasuredOnlyWhereTheWavelengthsHoldThem) {
   EXPECT_EQ(measured(380, 780), "-BV--");
   EXPECT_EQ(measured(390, 780), "--V--");  // 5 % of B are below 390 nm
   EXPECT_EQ(measured(310, 850), "UBVR-");
+  EXPECT_EQ(measured(313, 903), "UBVRI");
   EXPECT_EQ(measured(500, 600), "-----");
   EXPECT_EQ(measured(550, 550), "-----");
 }

@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "output/exr_reader.h"
+#include "sim/orders_sky.h"
 #include "sim/scene_model.h"
 
 namespace twilight {
@@ -60,6 +62,21 @@ TEST(SkySequence, FramesAreTheMapsOfTheirSuns) {
     EXPECT_FALSE(bytes(frame.file).empty());
     EXPECT_TRUE(bytes(frame.file) == bytes(again)) << frame.file;
   }
+  // Under half the sunlight everything is half as bright.
+  SequenceFrame half = frames[1];
+  half.light = 0.5;
+  half.file = folder / "half.exr";
+  write_sky_frame(*sky.under(half.sun_elevation_rad), integrator, settings, half);
+  const SkyImage whole = read_exr_map(frames[1].file).image, dim = read_exr_map(half.file).image;
+  for (std::size_t i = 0; i < whole.pixels.size(); ++i) {
+    EXPECT_EQ(dim.pixels[i], 0.5f * whole.pixels[i]);
+  }
+  // What was cut off or altered is not taken for whole.
+  EXPECT_EQ(text_of_whole_exr(frames[0].file, "projection"), "fisheye");
+  EXPECT_FALSE(text_of_whole_exr(frames[0].file, "missing"));
+  EXPECT_FALSE(text_of_whole_exr(folder / "missing.exr", "projection"));
+  fs::resize_file(frames[0].file, fs::file_size(frames[0].file) - 100);
+  EXPECT_FALSE(text_of_whole_exr(frames[0].file, "projection"));
   const std::atomic<bool> cancel = true;
   RunControl control;
   control.cancel = &cancel;

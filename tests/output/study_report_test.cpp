@@ -349,6 +349,34 @@ TEST(StudyPlots, ShowAFewOfManyCurvesAndSaySo) {
   EXPECT_EQ(count_of(plots[1].svg, "<circle"), 8u * 30u);
 }
 
+TEST(StudyPlots, PanelsShareTheirYWhereThatShowsThem) {
+  const auto plot_of = [](double step) {
+    StudyTable table;
+    table.axes = {words("w", {}), numbers("a", "", {}), numbers("b", "", {})};
+    table.crossed_sizes = {2, 2, 3};
+    table.quantities = {numbers("q", "", {})};
+    for (const char* word : {"u", "v"}) {
+      for (const double a : {0.0, 1.0}) {
+        for (const double b : {0.0, 1.0, 2.0}) {
+          table.axes[0].words.emplace_back(word);
+          table.axes[1].values.push_back(a);
+          table.axes[2].values.push_back(b);
+          table.quantities[0].values.push_back(100 + 100 * a + step * b);
+          table.errors.emplace_back();
+          table.pictures.emplace_back();
+        }
+      }
+    }
+    WantedQuantities wanted;
+    wanted.plots = {{"b", "q", "w", {}, ""}};
+    return study_plots(table, wanted).at(0).svg;
+  };
+  // A tick at 200 stands in both panels, or in the one whose range holds it.
+  EXPECT_EQ(count_of(plot_of(40), ">200</text>"), 2u);
+  EXPECT_EQ(count_of(plot_of(1), ">200</text>"), 1u);
+  EXPECT_EQ(count_of(plot_of(1), ">201</text>"), 1u);
+}
+
 TEST(SvgPlot, LinesBreakWherePointsAreMissing) {
   const std::string svg = svg_plot(
       "",

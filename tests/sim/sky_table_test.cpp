@@ -324,6 +324,25 @@ TEST(SkyTable, SwitchedOffEveryViewIsGathered) {
   EXPECT_EQ(sky.map_radiance(views), sky.radiance(views));
 }
 
+// The irradiance shares rays among azimuths; its views are not interpolated.
+TEST(SkyTable, IrradianceIsThatOfGatheredViews) {
+  double worst = 0;
+  for (const char* aerosol : {"none", "urban"}) {
+    for (const double sun : {30.0, -3.0, -9.0}) {
+      SceneModel model = placed(aerosol, sun, 0);
+      const Irradiance shared = OrdersSky(model, atmosphere_of(aerosol), {}).irradiance();
+      model.scene.solver.view_interpolation = false;
+      const Irradiance gathered = OrdersSky(model, atmosphere_of(aerosol), {}).irradiance();
+      EXPECT_EQ(shared.direct, gathered.direct);
+      for (std::size_t w = 0; w < 3; ++w) {
+        worst = std::max(worst, std::abs(shared.diffuse[w] / gathered.diffuse[w] - 1));
+      }
+    }
+  }
+  EXPECT_LT(worst, 1e-3);
+  RecordProperty("worst", std::to_string(worst));
+}
+
 TEST(SkyTable, SameBytesForAnyNumberOfThreads) {
   SceneModel model = placed("continental_average", -4, 0);
   std::vector<ViewDirection> views;

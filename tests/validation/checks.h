@@ -26,6 +26,9 @@ std::vector<Section> illuminance_sections();
 /// Koomen et al. (1952), and variants of the scene.
 std::vector<Section> koomen_sections();
 
+/// Patat et al. (2006).
+std::vector<Section> paranal_sections();
+
 /// Every step of the orders' grids halved.
 std::vector<Section> grid_convergence_sections();
 

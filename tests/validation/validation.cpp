@@ -28,9 +28,10 @@ std::string without_pipes(std::string text) {
 
 std::vector<Section> sections() {
   std::vector<Section> all;
-  for (auto* part : {&open_cases_sections, &libradtran_sections, &plane_parallel_sections,
-                     &orders_against_monte_carlo_sections, &refracted_sun_sections,
-                     &illuminance_sections, &koomen_sections, &grid_convergence_sections}) {
+  for (auto* part :
+       {&open_cases_sections, &libradtran_sections, &plane_parallel_sections,
+        &orders_against_monte_carlo_sections, &refracted_sun_sections, &illuminance_sections,
+        &koomen_sections, &paranal_sections, &grid_convergence_sections}) {
     for (Section& s : (*part)()) all.push_back(std::move(s));
   }
   return all;

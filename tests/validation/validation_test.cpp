@@ -31,6 +31,7 @@ TEST(Validation, LibRadtranSpherical) { expect_all_hold("libradtran"); }
 TEST(Validation, NatrajPlaneParallel) { expect_all_hold("natraj"); }
 TEST(Validation, KokhanovskyPlaneParallel) { expect_all_hold("kokhanovsky"); }
 TEST(Validation, OrdersAgainstMonteCarlo) { expect_all_hold("orders-mc-grid-average-0.8"); }
+TEST(Validation, ZenithOfParanal) { expect_all_hold("paranal"); }
 TEST(Validation, AirMassOfKastenAndYoung) { expect_all_hold("air-mass"); }
 TEST(Validation, RefractionOfHohenkerkAndSinclair) { expect_all_hold("refraction"); }
 
