@@ -167,8 +167,7 @@ void merge(Run& run) {
   std::vector<fs::path> others = options.merge;
   std::erase(others, directory);
   if (directory != first) copy_manifest(first, directory);
-  remove_stale_temporaries(directory);
-  remove_stale_temporaries(cases_folder(directory));
+  clean_study_folder(directory);
   const std::size_t copied = gather_cases(directory, others, manifest, run.control());
   if (!others.empty()) run.log.info("{} cases taken from other folders", copied);
   const StudyState state = study_state(directory, manifest, run.control());

@@ -104,6 +104,16 @@ StudyManifest from_json(const json& j) {
 
 fs::path cases_folder(const fs::path& directory) { return directory / "cases"; }
 
+void clean_study_folder(const fs::path& directory) {
+  remove_stale_temporaries(directory);
+  std::error_code error;
+  for (fs::directory_iterator entry(directory, error), end; !error && entry != end;
+       entry.increment(error)) {
+    std::error_code ignored;
+    if (entry->is_directory(ignored)) remove_stale_temporaries(entry->path());
+  }
+}
+
 StudyManifest manifest_of(const StudyPlan& plan) {
   StudyManifest m;
   m.title = plan.study.file.stem().string();

@@ -22,6 +22,9 @@ struct StudyManifest {
 /// DIR/cases, where every case has its files.
 std::filesystem::path cases_folder(const std::filesystem::path& directory);
 
+/// remove_stale_temporaries() of DIR and the folders in it.
+void clean_study_folder(const std::filesystem::path& directory);
+
 StudyManifest manifest_of(const StudyPlan& plan);
 
 /// Writes DIR/study.json and DIR/cases/study.toml, a copy of the study file, from which [outputs]

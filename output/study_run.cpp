@@ -236,8 +236,7 @@ StudyOutcome run_study(const StudyPlan& plan, const fs::path& directory,
     throw std::runtime_error(fmt::format("cannot make the folder {}: {}", folder.string(),
                                          error ? error.message() : "it is a file"));
   }
-  remove_stale_temporaries(directory);
-  remove_stale_temporaries(folder);
+  clean_study_folder(directory);
   write_manifest(directory, plan);
   return StudyRunner(plan, directory, fresh, control).run(cases, after_group);
 }

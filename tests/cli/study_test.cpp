@@ -124,9 +124,27 @@ TEST(CliStudy, KilledAtAnyMomentItGoesOnToTheSameBytes) {
     const Finished killed = place.run_and_signal(kStudy, SIGKILL, said);
     EXPECT_EQ(killed.exit_code, -1) << said << killed.err;
   }
+  // What a killed run may leave: files of a process that is no more. Those of living ones stay.
+  const pid_t dead = ::fork();
+  if (dead == 0) ::_exit(0);
+  ::waitpid(dead, nullptr, 0);
+  fs::create_directories(place.path("out/plots"));
+  for (const char* folder : {"out/", "out/cases/", "out/plots/"}) {
+    place.write(folder + (".a.tmp-" + std::to_string(dead)) + "-0.nc", "half");
+  }
   const Finished resumed = place.run(kStudy);
   ASSERT_EQ(resumed.exit_code, 0) << resumed.err;
   expect_same(files_in(place, "whole"), files_in(place, "out"));
+}
+
+TEST(CliStudy, ALivingProcessKeepsItsTemporaryFiles) {
+  const Workplace place;
+  place.write("study.toml", nine());
+  ASSERT_EQ(place.run(with(kStudy, {"--case", "1", "--quiet"})).exit_code, 0);
+  const std::string own = "out/cases/.a.tmp-" + std::to_string(::getpid()) + "-0.nc";
+  place.write(own, "half");
+  ASSERT_EQ(place.run(with(kStudy, {"--case", "1", "--quiet"})).exit_code, 0);
+  EXPECT_EQ(place.read(own), "half");
 }
 
 TEST(CliStudy, StoppedItKeepsWhatIsDone) {
