@@ -287,7 +287,8 @@ TEST(CliConfig, VersionIsTheProjects) {
 }
 
 TEST(CliConfig, PrintedConfigPrintsItselfAgain) {
-  for (const char* name : {"default", "haber2005", "sun_elevation", "optical_layers"}) {
+  for (const char* name :
+       {"default", "haber2005", "sun_elevation", "optical_layers", "saarbruecken_evening"}) {
     const std::string config = std::string(TWILIGHT_CONFIGS "/") + name + ".toml";
     const Workplace place;
     const Finished first = place.run({"render", config, "--print-config"});
