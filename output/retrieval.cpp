@@ -187,8 +187,8 @@ class Residuals : public ceres::CostFunction {
   }
   bool Evaluate(const double* const* parameters, double* residuals,
                 double** jacobians) const override {
-    if (error) return false;
     try {
+      if (error) return nothing(residuals, jacobians);
       Unit t = at_;
       for (std::size_t j = 0; j < moving_.size(); ++j) t[moving_[j]] = parameters[0][j];
       // Ceres asks again, with derivatives, where it has taken a step.
@@ -208,12 +208,21 @@ class Residuals : public ceres::CostFunction {
       return true;
     } catch (...) {
       error = std::current_exception();
-      return false;
+      return nothing(residuals, jacobians);
     }
   }
   mutable std::exception_ptr error;
 
  private:
+  // A flat place, where the search ends at once; a failure Ceres would log.
+  bool nothing(double* residuals, double** jacobians) const {
+    std::fill_n(residuals, problem_.data(), 0.0);
+    if (jacobians != nullptr && jacobians[0] != nullptr) {
+      std::fill_n(jacobians[0], problem_.data() * moving_.size(), 0.0);
+    }
+    return true;
+  }
+
   UnitProblem& problem_;
   Unit at_;
   std::vector<std::size_t> moving_;

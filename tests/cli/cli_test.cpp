@@ -287,8 +287,9 @@ TEST(CliConfig, VersionIsTheProjects) {
 }
 
 TEST(CliConfig, PrintedConfigPrintsItselfAgain) {
-  for (const char* name : {"default", "haber2005", "sun_elevation", "optical_layers",
-                           "volcanic_twilight", "saharan_dust", "smoke_evening"}) {
+  for (const char* name :
+       {"default", "haber2005", "sun_elevation", "optical_layers", "volcanic_twilight",
+        "saharan_dust", "smoke_evening", "saarbruecken_evening"}) {
     const std::string config = std::string(TWILIGHT_CONFIGS "/") + name + ".toml";
     const Workplace place;
     const Finished first = place.run({"render", config, "--print-config"});
