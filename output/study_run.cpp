@@ -184,10 +184,10 @@ void StudyRunner::run_shared(const std::vector<std::size_t>& pending) {
 }
 
 void StudyRunner::run_group(const CaseGroup& group, const std::vector<std::size_t>& pending) {
-  if (group.particles != particles_) {
-    particles_ = group.particles;
-    phases_ = KnownPhases();
-  }
+  // Other particles may share components with these; but memory shall not grow with the study.
+  constexpr std::size_t kMostMatrices = 600;
+  if (group.particles != particles_ && phases_.size() > kMostMatrices) phases_ = KnownPhases();
+  particles_ = group.particles;
   if (group.shares) return run_shared(pending);
   for (const std::size_t node : pending) {
     run_case(node, [&](const SceneModel& model) {
