@@ -8,6 +8,7 @@
 
 #include "aerosols/component_optics.h"
 #include "aerosols/component_phase.h"
+#include "aerosols/mixture_component.h"
 
 namespace twilight {
 
@@ -18,6 +19,7 @@ ParticleOptics component_table(AerosolComponent component, std::span<const doubl
   }
   ParticleOptics table;
   table.name = component_code(component);
+  table.dry_mass_ug_per_m3 = opac_component(component)->dry_mass_ug_per_m3().value();
   table.wavelength_nm.assign(wavelength_nm.begin(), wavelength_nm.end());
   const auto states = component_states(component);
   const auto first = static_cast<std::size_t>(states.data() - component_states().data());

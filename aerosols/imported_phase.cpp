@@ -85,6 +85,16 @@ void normalise_imported(PhaseMatrix& phase, const RefuseElement& refuse) {
   }
 }
 
+std::vector<double> unpolarised_p33(std::span<const double> angle_rad,
+                                    std::span<const double> p11) {
+  std::vector<double> p33;
+  for (std::size_t i = 0; i < p11.size(); ++i) {
+    const double c = std::cos(angle_rad[i]);
+    p33.push_back(p11[i] * 2.0 * c / (1.0 + c * c));
+  }
+  return p33;
+}
+
 PhaseMatrix phase_of_moments(const std::array<std::vector<double>, 4>& moments,
                              const RefuseElement& refuse) {
   constexpr std::string_view kNames[] = {"p11", "p12", "p33", "p34"};
@@ -110,6 +120,9 @@ PhaseMatrix phase_of_moments(const std::array<std::vector<double>, 4>& moments,
       }
       elements[e]->push_back(sum);
     }
+  }
+  if (moments[1].empty() && moments[2].empty() && moments[3].empty()) {
+    phase.p33 = unpolarised_p33(phase.angle_rad, phase.p11);
   }
   normalise_imported(phase, refuse);
   return phase;

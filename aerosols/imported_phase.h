@@ -3,6 +3,7 @@
 
 #include <array>
 #include <functional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -32,9 +33,13 @@ using RefuseElement = std::function<void(std::string_view element, const std::st
 /// within the bounds above.
 void normalise_imported(PhaseMatrix& phase, const RefuseElement& refuse);
 
+/// p33 of a matrix of which p11 alone is known, and p12 and p34 are taken to be 0:
+/// p11 2c / (1 + c^2), c = cos(angle), as Rayleigh's: symmetry asks for +p11 forward and -p11 back.
+std::vector<double> unpolarised_p33(std::span<const double> angle_rad, std::span<const double> p11);
+
 /// The matrix on phase_angles_rad() of Legendre series, value = sum of moment_l P_l(cos(angle)),
-/// the factor 2l + 1 being part of the moments; moments of p12, p33, p34 may be empty: 0. At most
-/// 5001 moments. Normalised as above.
+/// the factor 2l + 1 being part of the moments; moments of p12, p33, p34 may be empty: 0, all three
+/// of them: unpolarised_p33(). At most 5001 moments. Normalised as above.
 PhaseMatrix phase_of_moments(const std::array<std::vector<double>, 4>& moments,
                              const RefuseElement& refuse);
 

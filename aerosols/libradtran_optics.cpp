@@ -265,6 +265,7 @@ class LibradtranReader {
           into[e]->push_back(interpolated(angle[e], value[e], a));
       }
     }
+    if (elements == 1) phase.p33 = unpolarised_p33(phase.angle_rad, phase.p11);
     normalise_imported(phase, refuse);
     return phase;
   }

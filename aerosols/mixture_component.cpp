@@ -11,6 +11,7 @@
 
 #include "aerosols/component_mie.h"
 #include "aerosols/henyey_greenstein.h"
+#include "aerosols/imported_phase.h"
 
 namespace twilight {
 namespace {
@@ -179,9 +180,9 @@ PhaseMatrix henyey_greenstein_matrix(double asymmetry) {
     const double c = std::cos(angle);
     const double p11 = 4.0 * std::numbers::pi * henyey_greenstein(c, asymmetry);
     phase.p11.push_back(p11);
-    phase.p33.push_back(p11 * 2.0 * c / (1.0 + c * c));  // Rayleigh's: +p11 forward, -p11 back
   }
   phase.p12.assign(angles.size(), 0.0);
+  phase.p33 = unpolarised_p33(phase.angle_rad, phase.p11);
   phase.p34.assign(angles.size(), 0.0);
   scale(phase, 1.0 / phase_normalisation(phase));
   return phase;

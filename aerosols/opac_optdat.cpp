@@ -212,7 +212,8 @@ class OptdatReader {
         phase.p11.push_back(4.0 * std::numbers::pi * p / scattering);
       }
       phase.p12.assign(angle_rad_.size(), 0.0);
-      phase.p33 = phase.p34 = phase.p12;
+      phase.p33 = unpolarised_p33(angle_rad_, phase.p11);
+      phase.p34 = phase.p12;
       normalise_imported(phase, [&](std::string_view element, const std::string& what) {
         const std::string name =
             element == "angle" ? "column 'sca.ang.'" : "column 'phase function'";

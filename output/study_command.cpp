@@ -111,6 +111,7 @@ std::string sbatch_text(const Run& run, const StudyPlan& plan, std::size_t tasks
   }
   std::string text = "#!/bin/bash\n";
   text += fmt::format("#SBATCH --job-name=twilight-study\n#SBATCH --array=1-{}\n", tasks);
+  text += "#SBATCH --requeue\n#SBATCH --open-mode=append\n";
   text += fmt::format("#SBATCH --ntasks=1\n#SBATCH --cpus-per-task={}\n", threads);
   if (largest.known) {
     text += fmt::format("#SBATCH --mem={}M\n#SBATCH --time={}:{:02}:00\n", mebibytes, minutes / 60,

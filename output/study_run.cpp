@@ -22,6 +22,7 @@
 #include "output/preview.h"
 #include "output/study_case_file.h"
 #include "output/study_manifest.h"
+#include "output/twilight_duration.h"
 #include "sim/scene_model.h"
 #include "sim/solver_arena.h"
 
@@ -55,7 +56,8 @@ class StudyRunner {
   SceneModel model_of(std::size_t node);
   template <class MakeSky>
   void run_case(std::size_t node, MakeSky make_sky);
-  Computed compute(const SceneModel& model, const Sky& sky) const;
+  KnownTwilight* known_twilight(const SceneModel& model);
+  Computed compute(const SceneModel& model, const Sky& sky);
   void keep(std::size_t node, const Computed& computed);
   void keep_error(std::size_t node, const std::string& error);
 
@@ -67,6 +69,9 @@ class StudyRunner {
   std::string particles_;
   KnownPhases phases_;
   std::mutex serial_;  // of the netCDF library, which inputs may be read with, and of phases_
+  // Of the air of the group that is computed, by the observer's height; empty: cases share none.
+  std::map<double, KnownTwilight> twilight_;
+  bool shares_ = false;
   StudyOutcome outcome_;
   Clock::time_point start_ = Clock::now();
 };
@@ -94,10 +99,16 @@ SceneModel StudyRunner::model_of(std::size_t node) {
       [&] { return build_scene_model(plan_.study.scene_at(node).scene, &phases_); });
 }
 
-Computed StudyRunner::compute(const SceneModel& model, const Sky& sky) const {
+KnownTwilight* StudyRunner::known_twilight(const SceneModel& model) {
+  if (!shares_) return nullptr;
+  const std::lock_guard lock(serial_);
+  return &twilight_[model.scene.observer.height_m];
+}
+
+Computed StudyRunner::compute(const SceneModel& model, const Sky& sky) {
   Computed computed;
   CaseResult& result = computed.result;
-  result.quantities = observe(sky, model, plan_.wanted, quiet_);
+  result.quantities = observe(sky, model, plan_.wanted, quiet_, known_twilight(model));
   computed.picture = case_picture(sky, model, plan_.wanted, quiet_);
   for (StudyQuantity& q : result.quantities) {
     for (double& value : q.values) {
@@ -172,6 +183,7 @@ void StudyRunner::run_shared(const std::vector<std::size_t>& pending) {
     for (const std::size_t node : pending) keep_error(node, error);
     return;
   }
+  twilight_.clear();
   SolverArena arena(threads);
   arena.arena.execute([&] {
     tbb::parallel_for(std::size_t{0}, pending.size(), [&](std::size_t k) {
@@ -188,6 +200,7 @@ void StudyRunner::run_group(const CaseGroup& group, const std::vector<std::size_
   constexpr std::size_t kMostMatrices = 600;
   if (group.particles != particles_ && phases_.size() > kMostMatrices) phases_ = KnownPhases();
   particles_ = group.particles;
+  shares_ = group.shares;
   if (group.shares) return run_shared(pending);
   for (const std::size_t node : pending) {
     run_case(node, [&](const SceneModel& model) {

@@ -106,8 +106,11 @@ void expect_state(const ParticleOptics& read, std::size_t at, const ParticleOpti
     for (std::size_t i = 0; i < p.p11.size(); ++i) {
       EXPECT_NEAR(p.p11[i], q.p11[i], 1.1e-3 * q.p11[i]) << i;
       EXPECT_EQ(p.p12[i], 0.0);
-      EXPECT_EQ(p.p33[i], 0.0);
+      EXPECT_EQ(p.p34[i], 0.0);
     }
+    // What a rotation about the beam leaves as it is, forward and back.
+    EXPECT_NEAR(p.p33.front(), p.p11.front(), 1e-12 * p.p11.front());
+    EXPECT_NEAR(p.p33.back(), -p.p11.back(), 1e-12 * p.p11.back());
   }
 }
 
