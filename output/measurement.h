@@ -53,7 +53,6 @@ struct Measurement {
   std::vector<MeasuredValue> values;
   bool magnitudes = false;     ///< values and errors are magnitudes, -2.5 log10(luminance) + zero
   bool free_exposure = false;  ///< values carry an unknown factor
-  double exposure_guess = 1.0;
   /// For people: samples taken, pose and its residual...
   std::vector<std::pair<std::string, std::string>> figures;
   int width = 0, height = 0;  ///< of a photograph

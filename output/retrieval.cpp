@@ -244,6 +244,7 @@ class StepReport : public ceres::IterationCallback {
   StepReport(const RunControl& control, std::string stage, int most)
       : control_(control), stage_(std::move(stage)), most_(most) {}
   ceres::CallbackReturnType operator()(const ceres::IterationSummary& s) override {
+    if (control_.cancel != nullptr && *control_.cancel) return ceres::SOLVER_ABORT;
     control_.report(fmt::format("{}, step {}: chi^2 {:.5g}", stage_, s.iteration, 2 * s.cost),
                     static_cast<double>(s.iteration) / most_);
     return ceres::SOLVER_CONTINUE;

@@ -57,9 +57,9 @@ std::vector<std::string> retrieval(const std::string& free) {
 TEST(CliRetrieve, FindsTheOzoneOfItsOwnRadiances) {
   const Workplace place;
   place.write("scene.toml", kScene);
-  const Finished sky =
-      place.run({"radiance", "scene.toml", "--view", "90,0", "--view", "15,0"}, "sky.csv");
+  const Finished sky = place.run({"radiance", "scene.toml", "--view", "90,0", "--view", "15,0"});
   ASSERT_EQ(sky.exit_code, 0) << sky.err;
+  place.write("sky.csv", sky.out);
   const Finished found = place.run(retrieval("atmosphere.ozone_du"));
   ASSERT_EQ(found.exit_code, 0) << found.err;
   const std::vector<std::string> lines = lines_of(found.out);
