@@ -7,6 +7,7 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <map>
 #include <optional>
 #include <set>
 #include <string_view>
@@ -111,6 +112,7 @@ class PlotMaker {
   bool curve_each() const { return ask_.columns.size() > 1 && !ask_.series_said; }
 
   void gather();
+  void drop_repeated();
   std::string panel_text(std::size_t row, const StudyColumn& column) const;
   PlotPanel panel(const std::string& key, const PlotAxis& x, const PlotAxis& y) const;
   Range range(bool of_y, const std::string* panel) const;
@@ -123,6 +125,7 @@ class PlotMaker {
   Columns panel_axes_;
   std::vector<Point> points_;
   std::vector<std::string> panels_, curves_;
+  bool one_curve_ = false;  // the series changes nothing
   std::string left_out_;
 };
 
@@ -160,6 +163,32 @@ void PlotMaker::gather() {
       note(curves_, curves, p.curve);
       points_.push_back(std::move(p));
     }
+  }
+}
+
+// A quantity that an axis does not change (the end of twilight under any Sun) is one curve, one
+// panel.
+void PlotMaker::drop_repeated() {
+  if (!lines() || curve_each()) return;
+  const auto repeats = [&](std::string Point::*other) {  // along all that is not `other`
+    std::map<std::pair<std::string, double>, double> first;
+    return std::ranges::all_of(points_, [&](const Point& p) {
+      const double y = first.try_emplace({p.*other, p.x}, p.y).first->second;
+      return y == p.y || (std::isnan(y) && std::isnan(p.y));
+    });
+  };
+  const auto keep_first = [&](std::vector<std::string>& keys, std::string Point::*key) {
+    keys.resize(1);
+    std::erase_if(points_, [&](const Point& p) { return p.*key != keys.front(); });
+  };
+  if (curves_.size() > 1 && repeats(&Point::panel)) {
+    keep_first(curves_, &Point::curve);
+    one_curve_ = true;
+  }
+  if (panels_.size() > 1 && repeats(&Point::curve)) {
+    keep_first(panels_, &Point::panel);
+    for (Point& p : points_) p.panel.clear();
+    panels_ = {""};
   }
 }
 
@@ -248,6 +277,7 @@ PlotPanel PlotMaker::panel(const std::string& key, const PlotAxis& x, const Plot
 
 std::optional<StudyPlot> PlotMaker::make() {
   gather();
+  drop_repeated();
   keep_some();
   const bool any = std::ranges::any_of(
       points_, [](const Point& p) { return std::isfinite(p.x) && std::isfinite(p.y); });
@@ -258,7 +288,7 @@ std::optional<StudyPlot> PlotMaker::make() {
   const std::vector<PlotAxis> ys = panel_axes(y);
   for (std::size_t k = 0; k < panels_.size(); ++k) panels.push_back(panel(panels_[k], x, ys[k]));
   std::string title = fmt::format("{} against {}", ask_.y, ask_.x->name);
-  if (ask_.series != nullptr && !curve_each()) title += " by " + ask_.series->name;
+  if (ask_.series != nullptr && !curve_each() && !one_curve_) title += " by " + ask_.series->name;
   const int columns = panels.size() == 1 ? 1 : panels.size() <= 4 ? 2 : 3;
   return StudyPlot{
       {}, ask_.x->name, ask_.y, svg_plot(xml_escaped(title + left_out_), panels, columns)};

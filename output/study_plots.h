@@ -28,7 +28,8 @@ inline constexpr std::size_t kMostPlotCurves = 8, kMostPlotPanels = 6;
 /// axes in panels that share their y unless none of them would fill a quarter of it. Cases in a
 /// list, or x a quantity: dots, coloured by the series axis. y a quantity of several numbers: a
 /// curve of each, or a panel of each where the series is said. An axis is logarithmic where its
-/// numbers are above 0 and span two decades, y also where some are 0, which are left out.
+/// numbers are above 0 and span two decades, y also where some are 0, which are left out. An axis
+/// that y does not change with (the end of twilight with the Sun) has one curve or panel.
 ///
 /// A wanted plot of a column that the table does not have is not drawn (check_plots).
 std::vector<StudyPlot> study_plots(const StudyTable& table, const WantedQuantities& wanted);

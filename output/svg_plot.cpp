@@ -375,9 +375,15 @@ std::string svg_plot(const std::string& title, const std::vector<PlotPanel>& pan
       "<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n",
       columns * kWidth, rows * kHeight + top);
   if (!title.empty()) {
-    out +=
-        fmt::format("<text x=\"{}\" y=\"26\" font-size=\"18\" text-anchor=\"middle\">{}</text>\n",
-                    columns * kWidth / 2, title);
+    // A glyph is 0.55 of the font's size wide on average; an entity is one.
+    std::size_t glyphs = 0;
+    for (std::size_t i = 0; i < title.size(); ++i, ++glyphs) {
+      if (title[i] == '&') i = std::min(title.find(';', i), title.size() - 1);
+    }
+    const double size = std::min(18.0, columns * kWidth / (0.55 * static_cast<double>(glyphs)));
+    out += fmt::format(
+        "<text x=\"{}\" y=\"26\" font-size=\"{:.3g}\" text-anchor=\"middle\">{}</text>\n",
+        columns * kWidth / 2, size, title);
   }
   for (std::size_t k = 0; k < panels.size(); ++k) {
     const int number = static_cast<int>(k);

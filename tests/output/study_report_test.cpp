@@ -349,6 +349,32 @@ TEST(StudyPlots, ShowAFewOfManyCurvesAndSaySo) {
   EXPECT_EQ(count_of(plots[1].svg, "<circle"), 8u * 30u);
 }
 
+TEST(StudyPlots, AnAxisThatChangesNothingIsOneCurve) {
+  StudyTable table;
+  table.axes = {numbers("haze", "1", {}), numbers("sun.elevation_deg", "degree", {})};
+  table.crossed_sizes = {3, 2};
+  table.quantities = {numbers("end_of_twilight", "degree", {}), numbers("light", "lux", {})};
+  for (const double haze : {0.1, 0.2, 0.4}) {
+    for (const double sun : {5.0, -5.0}) {
+      table.axes[0].values.push_back(haze);
+      table.axes[1].values.push_back(sun);
+      table.quantities[0].values.push_back(6 + haze);
+      table.quantities[1].values.push_back(10 + sun + haze);
+      table.errors.emplace_back();
+      table.pictures.emplace_back();
+    }
+  }
+  WantedQuantities wanted;
+  wanted.plots = {{.x = "haze", .y = "end_of_twilight"}, {.x = "haze", .y = "light"}};
+  const auto plots = study_plots(table, wanted);
+  ASSERT_EQ(plots.size(), 2u);
+  const std::string curve = "fill=\"none\" stroke=";
+  EXPECT_EQ(count_of(plots[0].svg, curve), 1u);
+  EXPECT_EQ(count_of(plots[1].svg, curve), 2u);
+  EXPECT_THAT(plots[0].svg, Not(HasSubstr(" by sun.elevation_deg")));
+  EXPECT_THAT(plots[1].svg, HasSubstr(" by sun.elevation_deg"));
+}
+
 TEST(StudyPlots, PanelsShareTheirYWhereThatShowsThem) {
   const auto plot_of = [](double step) {
     StudyTable table;
