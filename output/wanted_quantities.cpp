@@ -236,10 +236,21 @@ bool has_column(std::span<const std::string> columns, const std::string& name) {
   return std::ranges::find(columns, name) != columns.end();
 }
 
+// A study may have hundreds of columns: named are those of the same quantity, else the quantities.
 [[noreturn]] void refuse_plot(const WantedPlot& plot, std::string_view key, std::string_view value,
                               std::string_view what, std::span<const std::string> known) {
+  const std::string_view quantity = value.substr(0, value.find('['));
+  std::vector<std::string> near, all;
+  for (const std::string& name : known) {
+    const std::size_t end = name.find('[');
+    std::string plain = end == std::string::npos ? name : name.substr(0, end) + "[...]";
+    if (name.starts_with(quantity) && name.substr(quantity.size()).starts_with("["))
+      near.push_back(name);
+    if (std::ranges::find(all, plain) == all.end()) all.push_back(std::move(plain));
+  }
   throw std::invalid_argument(fmt::format("{}: key 'outputs.plots.{}' = \"{}\": must be {}: {}",
-                                          plot.origin, key, value, what, fmt::join(known, ", ")));
+                                          plot.origin, key, value, what,
+                                          fmt::join(near.empty() ? all : near, ", ")));
 }
 
 }  // namespace
