@@ -22,6 +22,11 @@ namespace twilight {
 std::vector<StudyCoordinate> quantity_coordinates(const WantedQuantities& wanted,
                                                   const Scene& scene);
 
+/// Names, dimensions and sizes of what observe() gives for quantity_coordinates(), every value NaN,
+/// without a sky; a texture without values, as it may be large.
+std::vector<StudyQuantity> quantity_shapes(const WantedQuantities& wanted,
+                                           const std::vector<StudyCoordinate>& coordinates);
+
 /// The quantities of a sky solved of the model; their names and definitions: README, "What a study
 /// measures". Every one has the same name, dimensions and size for every case of a study; what the
 /// sky or its method does not tell (polarisation of a scalar solver, the colour of darkness, a band

@@ -117,7 +117,10 @@ Computed StudyRunner::compute(const SceneModel& model, const Sky& sky) {
       if (std::isinf(value)) throw std::runtime_error(q.name + " is not finite");
     }
   }
-  result.inputs = case_inputs(model.scene, plan_.wanted);
+  {
+    const std::lock_guard lock(serial_);  // it reads mixtures and what they name
+    tbb::this_task_arena::isolate([&] { result.inputs = case_inputs(model.scene, plan_.wanted); });
+  }
   for (const auto& [key, what] : sky.summary().clamps) {
     result.clamps += fmt::format("{}{} = {}", result.clamps.empty() ? "" : "; ", key, what);
   }

@@ -350,14 +350,18 @@ TEST(CliStudy, ASlurmArrayRunsItsShards) {
   EXPECT_EQ(lines_of(place.read("out/study.csv")).size(), 10u);
 }
 
-TEST(CliStudy, APlotOfNothingIsRefusedAfterTheFirstCases) {
+TEST(CliStudy, APlotOfNothingIsRefusedBeforeAnyWork) {
   const Workplace place;
   place.write("study.toml", nine() + "[[outputs.plots]]\nx = \"sun.elevation_deg\"\ny = \"lux\"\n");
   const Finished run = place.run(kStudy);
   EXPECT_EQ(run.exit_code, 2) << run.err;
   EXPECT_NE(run.err.find("study.toml:29: key 'outputs.plots.y' = \"lux\""), std::string::npos)
       << run.err;
-  EXPECT_EQ(case_files(place, ".nc").size(), 3u);
+  place.write("study.toml", kScene + axis("aerosols.type", "[\"none\", \"urban\"]") +
+                                "[sun]\nelevation_deg = 3\n[[outputs.plots]]\n"
+                                "x = \"aerosols.type\"\ny = \"radiance\"\n");
+  expect_refused(place.run(kStudy), {"key 'outputs.plots.x' = \"aerosols.type\"", "of numbers"});
+  EXPECT_FALSE(fs::exists(place.path("out")));
 }
 
 TEST(CliStudy, WrongStudiesAreRefused) {
