@@ -440,14 +440,28 @@ std::vector<StudyQuantity> observe(const Sky& sky, const SceneModel& model,
   return Observation(sky, model, wanted, control, known).run();
 }
 
-std::optional<SkyImage> case_picture(const Sky& sky, const SceneModel& model,
-                                     const WantedQuantities& wanted, const RunControl& control) {
-  if (wanted.picture_size == 0) return std::nullopt;
+namespace {
+
+std::optional<SkyImage> case_image(const Sky& sky, const SceneModel& model, int size,
+                                   const RunControl& control) {
+  if (size == 0) return std::nullopt;
   MapSettings settings = map_settings(model);
-  settings.size = wanted.picture_size;
+  settings.size = size;
   settings.spectral = false;
   const ColourObserver observer = colour_observer_from_name(model.scene.output.colour_observer);
   return render_map(sky, colour_integrator(model, observer), settings, control).colour;
+}
+
+}  // namespace
+
+std::optional<SkyImage> case_picture(const Sky& sky, const SceneModel& model,
+                                     const WantedQuantities& wanted, const RunControl& control) {
+  return case_image(sky, model, wanted.picture_size, control);
+}
+
+std::optional<SkyImage> case_exr(const Sky& sky, const SceneModel& model,
+                                 const WantedQuantities& wanted, const RunControl& control) {
+  return case_image(sky, model, wanted.exr_size, control);
 }
 
 }  // namespace twilight

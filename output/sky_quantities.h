@@ -49,4 +49,8 @@ std::optional<SkyImage> case_picture(const Sky& sky, const SceneModel& model,
                                      const WantedQuantities& wanted,
                                      const RunControl& control = {});
 
+/// The same `exr_size` pixels high, the scene's channels and projection, for write_exr.
+std::optional<SkyImage> case_exr(const Sky& sky, const SceneModel& model,
+                                 const WantedQuantities& wanted, const RunControl& control = {});
+
 }  // namespace twilight

@@ -206,6 +206,23 @@ TEST(CliStudy, OneCaseAloneIsTheOneOfTheWhole) {
                  {"--shard 4/3: must be I/N"});
 }
 
+TEST(CliStudy, AnExrOfEveryCaseIsPartOfIt) {
+  const Workplace place;
+  place.write("study.toml", kScene + std::string("exr_size = 8\n") +
+                                axis("earth.ground_albedo", "[0.1, 0.3]") +
+                                "[sun]\nelevation_deg = 3\n");
+  ASSERT_EQ(place.run(with(kStudy, {"--quiet"})).exit_code, 0);
+  const std::vector<std::string> images = case_files(place, ".exr");
+  ASSERT_EQ(images.size(), 2u);
+  const auto before = files_in(place, "out");
+  ASSERT_EQ(place.run({"study", "--merge", "out", "-o", "copy", "--quiet"}).exit_code, 0);
+  expect_same(before, files_in(place, "copy"));
+  fs::remove(place.path("out/cases/" + images[0]));
+  const Finished healed = place.run(kStudy);
+  EXPECT_NE(healed.err.find("1 computed, 1 kept"), std::string::npos) << healed.err;
+  expect_same(before, files_in(place, "out"));
+}
+
 TEST(CliStudy, AChangeComputesOnlyWhatItTouches) {
   const Workplace place;
   place.write("study.toml", nine());
