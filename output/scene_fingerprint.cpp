@@ -11,6 +11,7 @@
 #include <variant>
 
 #include "output/checksum.h"
+#include "sim/scene_aerosols.h"
 #include "sim/scene_file.h"
 
 namespace twilight {
@@ -69,8 +70,22 @@ const std::string& FileFingerprints::of(const fs::path& file) {
   return known_[file] = fnv1a128(text + inner);
 }
 
+const std::string& FileFingerprints::of_mixture(const Scene& scene) {
+  const fs::path mixture = *scene.aerosols.mixture;
+  const auto known = mixtures_.find(mixture);
+  if (known != mixtures_.end()) return known->second;
+  std::string text = of(mixture);
+  try {
+    for (const fs::path& file : aerosol_files(scene)) text += of(file);
+  } catch (const std::exception&) {
+    // What is wrong in it is for those to say who compute with it.
+  }
+  return mixtures_[mixture] = fnv1a128(text);
+}
+
 std::string settings_text(Scene scene, FileFingerprints& files) {
   scene.solver.threads = 0;
+  const Scene named = scene;
   std::string text;
   for (const SceneKey& key : scene_keys()) {
     const SceneField field = key.field(scene);
@@ -81,7 +96,10 @@ std::string settings_text(Scene scene, FileFingerprints& files) {
     }
     if (words == nullptr || words->empty()) continue;
     const fs::path file = named_file(key.name, *words);
-    if (!file.empty()) *words = fmt::format("file of fingerprint {}", files.of(file));
+    if (file.empty()) continue;
+    const bool mixture = key.name == std::string_view("aerosols.mixture");
+    *words =
+        fmt::format("file of fingerprint {}", mixture ? files.of_mixture(named) : files.of(file));
   }
   std::istringstream lines(to_toml(scene));
   for (std::string line; std::getline(lines, line);) {

@@ -18,8 +18,12 @@ class FileFingerprints {
   /// std::runtime_error naming the file where it cannot be read.
   const std::string& of(const std::filesystem::path& file);
 
+  /// Of a scene's mixture file (aerosols.mixture, given) and all files it names, by stems too, as
+  /// aerosol_files() finds them; of a mixture that cannot be read, of() alone.
+  const std::string& of_mixture(const Scene& scene);
+
  private:
-  std::map<std::filesystem::path, std::string> known_;
+  std::map<std::filesystem::path, std::string> known_, mixtures_;
 };
 
 /// Every key of the scene but its threads as "key = value" lines; files (layers, profiles,

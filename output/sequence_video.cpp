@@ -75,6 +75,10 @@ std::optional<std::string> write_video(const VideoSettings& settings,
         run->err.empty() ? fmt::format("exit code {}", run->exit_code) : first_line(run->err),
         settings.file);
   }
+  std::error_code ignored;
+  if (std::filesystem::file_size(file.temporary(), ignored) == 0) {
+    return fmt::format("ffmpeg has written nothing: {} is not made", settings.file);
+  }
   file.commit();
   return std::nullopt;
 }

@@ -11,6 +11,7 @@
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <tuple>
 #include <utility>
 
 #include "output/colour_temperature.h"
@@ -390,20 +391,77 @@ std::vector<StudyCoordinate> quantity_coordinates(const WantedQuantities& wanted
   return all;
 }
 
+std::vector<StudyQuantity> quantity_shapes(const WantedQuantities& wanted,
+                                           const std::vector<StudyCoordinate>& coordinates) {
+  const Names none = {}, wavelength = {"wavelength"}, view = {"view"}, threshold = {"threshold"};
+  const bool spectral = wanted.texture == TextureContent::kSpectral;
+  const std::vector<std::tuple<SkyQuantity, const char*, Names>> all = {
+      {SkyQuantity::kTexture, "texture",
+       spectral ? Names{"wavelength", "y", "x"} : Names{"y", "x", "channel"}},
+      {SkyQuantity::kRadiance, "radiance", {"view", "wavelength"}},
+      {SkyQuantity::kIrradiance, "direct_irradiance", wavelength},
+      {SkyQuantity::kIrradiance, "diffuse_irradiance", wavelength},
+      {SkyQuantity::kIrradiance, "irradiance", wavelength},
+      {SkyQuantity::kIlluminance, "direct_illuminance", none},
+      {SkyQuantity::kIlluminance, "diffuse_illuminance", none},
+      {SkyQuantity::kIlluminance, "illuminance", none},
+      {SkyQuantity::kChromaticity, "luminance", view},
+      {SkyQuantity::kChromaticity, "chromaticity_x", view},
+      {SkyQuantity::kChromaticity, "chromaticity_y", view},
+      {SkyQuantity::kChromaticity, "colour_temperature", view},
+      {SkyQuantity::kChromaticity, "horizontal_chromaticity_x", none},
+      {SkyQuantity::kChromaticity, "horizontal_chromaticity_y", none},
+      {SkyQuantity::kChromaticity, "horizontal_colour_temperature", none},
+      {SkyQuantity::kMagnitudes, "magnitude", {"view", "band"}},
+      {SkyQuantity::kMagnitudes, "zenith_magnitude", {"band"}},
+      {SkyQuantity::kPolarisation, "degree_of_polarisation", {"view", "wavelength"}},
+      {SkyQuantity::kPolarisation, "maximum_degree_of_polarisation", wavelength},
+      {SkyQuantity::kTwilightDuration, "twilight_sun_depression", threshold},
+      {SkyQuantity::kTwilightDuration, "twilight_duration", threshold},
+      {SkyQuantity::kTwilightDuration, "civil_twilight_duration", none},
+      {SkyQuantity::kTwilightDuration, "nautical_twilight_duration", none},
+      {SkyQuantity::kTwilightDuration, "astronomical_twilight_duration", none},
+  };
+  std::vector<StudyQuantity> shapes;
+  for (const auto& [quantity, name, dimensions] : all) {
+    if (!wanted.wants(quantity)) continue;
+    std::size_t size = quantity == SkyQuantity::kTexture ? 0 : 1;
+    for (const std::string& d : dimensions) {
+      size *= std::ranges::find(coordinates, d, &StudyCoordinate::name)->size();
+    }
+    shapes.push_back({name, {}, dimensions, std::vector<double>(size, kNone), false});
+  }
+  return shapes;
+}
+
 std::vector<StudyQuantity> observe(const Sky& sky, const SceneModel& model,
                                    const WantedQuantities& wanted, const RunControl& control,
                                    KnownTwilight* known) {
   return Observation(sky, model, wanted, control, known).run();
 }
 
-std::optional<SkyImage> case_picture(const Sky& sky, const SceneModel& model,
-                                     const WantedQuantities& wanted, const RunControl& control) {
-  if (wanted.picture_size == 0) return std::nullopt;
+namespace {
+
+std::optional<SkyImage> case_image(const Sky& sky, const SceneModel& model, int size,
+                                   const RunControl& control) {
+  if (size == 0) return std::nullopt;
   MapSettings settings = map_settings(model);
-  settings.size = wanted.picture_size;
+  settings.size = size;
   settings.spectral = false;
   const ColourObserver observer = colour_observer_from_name(model.scene.output.colour_observer);
   return render_map(sky, colour_integrator(model, observer), settings, control).colour;
+}
+
+}  // namespace
+
+std::optional<SkyImage> case_picture(const Sky& sky, const SceneModel& model,
+                                     const WantedQuantities& wanted, const RunControl& control) {
+  return case_image(sky, model, wanted.picture_size, control);
+}
+
+std::optional<SkyImage> case_exr(const Sky& sky, const SceneModel& model,
+                                 const WantedQuantities& wanted, const RunControl& control) {
+  return case_image(sky, model, wanted.exr_size, control);
 }
 
 }  // namespace twilight

@@ -22,6 +22,11 @@ namespace twilight {
 std::vector<StudyCoordinate> quantity_coordinates(const WantedQuantities& wanted,
                                                   const Scene& scene);
 
+/// Names, dimensions and sizes of what observe() gives for quantity_coordinates(), every value NaN,
+/// without a sky; a texture without values, as it may be large.
+std::vector<StudyQuantity> quantity_shapes(const WantedQuantities& wanted,
+                                           const std::vector<StudyCoordinate>& coordinates);
+
 /// The quantities of a sky solved of the model; their names and definitions: README, "What a study
 /// measures". Every one has the same name, dimensions and size for every case of a study; what the
 /// sky or its method does not tell (polarisation of a scalar solver, the colour of darkness, a band
@@ -43,5 +48,9 @@ std::vector<ViewDirection> polarisation_views(double sun_elevation_rad);
 std::optional<SkyImage> case_picture(const Sky& sky, const SceneModel& model,
                                      const WantedQuantities& wanted,
                                      const RunControl& control = {});
+
+/// The same `exr_size` pixels high, the scene's channels and projection, for write_exr.
+std::optional<SkyImage> case_exr(const Sky& sky, const SceneModel& model,
+                                 const WantedQuantities& wanted, const RunControl& control = {});
 
 }  // namespace twilight

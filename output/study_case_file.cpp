@@ -55,6 +55,9 @@ fs::path case_file(const fs::path& folder, const std::string& hash) {
 fs::path case_picture_file(const fs::path& folder, const std::string& hash) {
   return folder / (hash + ".png");
 }
+fs::path case_exr_file(const fs::path& folder, const std::string& hash) {
+  return folder / (hash + ".exr");
+}
 fs::path case_error_file(const fs::path& folder, const std::string& hash) {
   return folder / (hash + ".error");
 }
@@ -83,6 +86,7 @@ void write_case(const fs::path& folder, const CaseResult& result,
   out.attribute("", "case_hash", result.hash);
   out.attribute("", "inputs", result.inputs);
   out.attribute("", "picture", result.picture);
+  out.attribute("", "exr", result.exr);
   out.attribute("", "clamped", result.clamps);
   out.attribute("", "quantities", [&] {
     std::string names;
@@ -122,6 +126,7 @@ std::optional<CaseResult> read_case(const fs::path& folder, const std::string& h
     result.hash = file.required_text("", "case_hash");
     result.inputs = file.required_text("", "inputs");
     result.picture = file.text_attribute("", "picture").value_or("");
+    result.exr = file.text_attribute("", "exr").value_or("");
     result.clamps = file.text_attribute("", "clamped").value_or("");
     const std::string names = file.required_text("", "quantities") + ' ';
     for (std::size_t at = 0; at < names.size();) {
@@ -138,8 +143,8 @@ std::optional<CaseResult> read_case(const fs::path& folder, const std::string& h
       at = end + 1;
     }
     if (result.hash != hash) return std::nullopt;
-    if (!result.picture.empty() && !fs::is_regular_file(folder / result.picture, ignored)) {
-      return std::nullopt;
+    for (const std::string& image : {result.picture, result.exr}) {
+      if (!image.empty() && !fs::is_regular_file(folder / image, ignored)) return std::nullopt;
     }
     return result;
   } catch (const std::exception&) {

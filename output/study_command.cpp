@@ -14,7 +14,7 @@
 #include "output/atomic_file.h"
 #include "output/command_run.h"
 #include "output/csv_table.h"
-#include "output/study_case_file.h"
+#include "output/sky_quantities.h"
 #include "output/study_files.h"
 #include "output/study_run.h"
 #include "sim/cost_model.h"
@@ -203,21 +203,22 @@ void say_plan(Run& run, const StudyPlan& plan, const std::vector<std::size_t>& c
   }
 }
 
-// Plots of columns that there are not: said as soon as a case shows what there is. False while none
-// does.
-bool check_first_plots(const StudyManifest& manifest, const fs::path& directory,
-                       const std::vector<std::size_t>& cases) {
-  if (manifest.wanted.plots.empty()) return true;
-  for (const std::size_t node : cases) {
-    const auto result = read_case(cases_folder(directory), manifest.hashes[node]);
-    if (!result) continue;
-    checking_input([&] {
-      check_plots(manifest.wanted, table_columns(manifest, result->quantities),
-                  manifest.study.axes.size());
-    });
-    return true;
+// Its plots are of columns that there will be.
+StudyPlan checked_plan(const fs::path& file, std::span<const std::string> overrides) {
+  StudyPlan plan = plan_study(file, overrides);
+  check_plots(plan.wanted,
+              table_columns(manifest_of(plan), quantity_shapes(plan.wanted, plan.coordinates)),
+              plan.study.axes.size());
+  for (const WantedPlot& plot : plan.wanted.plots) {
+    for (const StudyAxis& axis : plan.study.axes) {
+      if (axis.words.empty() || (axis.key != plot.x && axis.key != plot.y)) continue;
+      throw std::invalid_argument(fmt::format(
+          "{}: key 'outputs.plots.{}' = \"{}\": must be a column of numbers; an axis of "
+          "words may be the series",
+          plot.origin, axis.key == plot.x ? "x" : "y", axis.key));
+    }
   }
-  return false;
+  return plan;
 }
 
 }  // namespace
@@ -241,7 +242,7 @@ void study(Run& run) {
   const StudyOptions& options = run.line.study;
   if (!options.merge.empty()) return merge(run);
   const StudyPlan plan =
-      checking_input([&] { return plan_study(run.line.scene, run.line.overrides); });
+      checking_input([&] { return checked_plan(run.line.scene, run.line.overrides); });
   if (run.line.print_config) {
     std::cout << to_toml(plan.study.scene.scene) << std::flush;
     if (!std::cout) throw std::runtime_error("cannot write standard output");
@@ -258,13 +259,11 @@ void study(Run& run) {
     run.log.info("{}; none of them in shard {}", plan_text(plan), options.shard);
     return;
   }
-  say_plan(run, plan, cases);
   const StudyManifest manifest = manifest_of(plan);
-  bool plots_checked = false;
+  say_plan(run, plan, cases);
   const StudyOutcome outcome = run_study(
       plan, options.directory, cases, options.fresh, run.control(), [&](const StudyProgress& p) {
         run.progress.clear();
-        if (!plots_checked) plots_checked = check_first_plots(manifest, options.directory, cases);
         run.log.info(
             "{} of {} cases{}{}", p.kept + p.done + p.failed, p.cases,
             p.failed > 0 ? fmt::format(", {} failed", p.failed) : "",

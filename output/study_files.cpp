@@ -405,8 +405,9 @@ std::size_t gather_cases(const fs::path& directory, const std::vector<fs::path>&
         copy_whole(case_error_file(theirs, hash), case_error_file(own, hash));
         continue;
       }
-      // The picture first: the case's own file says that all is there.
+      // Pictures first: the case's own file says that all is there.
       copy_whole(case_picture_file(theirs, hash), case_picture_file(own, hash));
+      copy_whole(case_exr_file(theirs, hash), case_exr_file(own, hash));
       copy_whole(case_file(theirs, hash), case_file(own, hash));
       ++copied;
     }

@@ -202,8 +202,9 @@ double look_seconds(const WantedQuantities& wanted, const Scene& scene) {
     views += static_cast<double>(polarisation_views(0).size());
   }
   const bool map = wanted.wants(SkyQuantity::kTexture) || wanted.picture_size > 0;
+  const double maps = (map ? 1 : 0) + (wanted.exr_size > 0 ? 1 : 0);
   const double wavelengths = static_cast<double>(solved_wavelengths_nm(scene.spectrum).size());
-  return std::ceil(wavelengths / 8) * (views * kViewSeconds + (map ? kMapSeconds : 0));
+  return std::ceil(wavelengths / 8) * (views * kViewSeconds + maps * kMapSeconds);
 }
 
 }  // namespace

@@ -19,6 +19,7 @@
 
 #include "output/atomic_file.h"
 #include "output/checksum.h"
+#include "output/exr_image.h"
 #include "output/preview.h"
 #include "output/study_case_file.h"
 #include "output/study_manifest.h"
@@ -32,10 +33,10 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
-/// A case computed: its result and picture, or what went wrong.
+/// A case computed: its result and pictures, or what went wrong.
 struct Computed {
   CaseResult result;
-  std::optional<SkyImage> picture;
+  std::optional<SkyImage> picture, exr;
   std::string error;
 };
 
@@ -110,6 +111,7 @@ Computed StudyRunner::compute(const SceneModel& model, const Sky& sky) {
   CaseResult& result = computed.result;
   result.quantities = observe(sky, model, plan_.wanted, quiet_, known_twilight(model));
   computed.picture = case_picture(sky, model, plan_.wanted, quiet_);
+  computed.exr = case_exr(sky, model, plan_.wanted, quiet_);
   for (StudyQuantity& q : result.quantities) {
     for (double& value : q.values) {
       // One NaN for all: a file's bytes shall not tell how it came about.
@@ -117,7 +119,10 @@ Computed StudyRunner::compute(const SceneModel& model, const Sky& sky) {
       if (std::isinf(value)) throw std::runtime_error(q.name + " is not finite");
     }
   }
-  result.inputs = case_inputs(model.scene, plan_.wanted);
+  {
+    const std::lock_guard lock(serial_);  // it reads mixtures and what they name
+    tbb::this_task_arena::isolate([&] { result.inputs = case_inputs(model.scene, plan_.wanted); });
+  }
   for (const auto& [key, what] : sky.summary().clamps) {
     result.clamps += fmt::format("{}{} = {}", result.clamps.empty() ? "" : "; ", key, what);
   }
@@ -138,6 +143,11 @@ void StudyRunner::keep(std::size_t node, const Computed& computed) {
     AtomicFile file(picture);
     write_preview_png(file, *computed.picture);
     file.commit();
+  }
+  if (computed.exr) {
+    const fs::path exr = case_exr_file(folder_, hash);
+    result.exr = exr.filename().string();
+    write_exr(exr, *computed.exr, computed.exr->projection.value(), {{"studyCase", hash}});
   }
   const std::lock_guard lock(serial_);
   write_case(folder_, result, plan_.coordinates);

@@ -205,7 +205,7 @@ WantedPlot OutputsReader::plot(const toml::node& node) const {
 
 WantedQuantities OutputsReader::read() const {
   refuse_unknown(table_, "",
-                 {"quantities", "views", "texture", "texture_size", "picture_size",
+                 {"quantities", "views", "texture", "texture_size", "picture_size", "exr_size",
                   "twilight_thresholds_lux", "plots"});
   WantedQuantities wanted;
   if (const auto* node = table_.get("quantities")) wanted.quantities = quantities(*node);
@@ -220,6 +220,9 @@ WantedQuantities OutputsReader::read() const {
   }
   if (const auto* node = table_.get("picture_size")) {
     wanted.picture_size = integer(*node, "picture_size", 16, 1024, true);
+  }
+  if (const auto* node = table_.get("exr_size")) {
+    wanted.exr_size = integer(*node, "exr_size", 4, 4096, true);
   }
   if (const auto* node = table_.get("twilight_thresholds_lux")) {
     wanted.twilight_thresholds_lux = thresholds(*node);
@@ -294,6 +297,8 @@ std::string canonical_text(const WantedQuantities& wanted) {
   text += fmt::format("\ntexture {}\ntexture_size {}\npicture_size {}\ntwilight_thresholds_lux",
                       name_of(wanted.texture), wanted.texture_size, wanted.picture_size);
   for (const double lux : wanted.twilight_thresholds_lux) text += fmt::format(" {}", lux);
+  // Cases without one keep their names.
+  if (wanted.exr_size > 0) text += fmt::format("\nexr_size {}", wanted.exr_size);
   return text + "\n";
 }
 

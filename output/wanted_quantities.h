@@ -51,6 +51,7 @@ struct WantedQuantities {
   TextureContent texture = TextureContent::kSpectral;
   int texture_size = 64;   ///< 4..4096; height in pixels, in the projection of the scene's [output]
   int picture_size = 160;  ///< 0 (no picture) or 16..1024: height of the pictures of the page
+  int exr_size = 0;        ///< 0 (none) or 4..4096: height of an EXR of each sky (write_exr)
   /// Horizontal illuminances, lux, 1..100 of them, 1e-6..1e5, decreasing: of a clear sky at the
   /// ends of civil (3.41: Seidelmann 1992, Explanatory Supplement, Sec. 9.34), nautical and
   /// astronomical twilight (0.008, 6e-4: R. L. Lee in the American Meteorological Society's

@@ -311,6 +311,9 @@ TEST(CliSequence, WithoutFfmpegItSaysSo) {
   place.write("ffmpeg", "#!/bin/sh\necho 'no such thing' >&2\nexit 7\n");
   fs::permissions(place.path("ffmpeg"), fs::perms::owner_all);
   const Finished failed = place.run(sequence_of("30", "10", 3, "out"));
+  // One that says it is done and is not.
+  place.write("ffmpeg", "#!/bin/sh\nexit 0\n");
+  const Finished empty = place.run(sequence_of("30", "10", 3, "out"));
   ::setenv("PATH", path.c_str(), 1);
   EXPECT_EQ(done.exit_code, 0) << done.err;
   EXPECT_NE(done.err.find("warning: there is no ffmpeg: sequence.mp4 is not made"),
@@ -319,6 +322,8 @@ TEST(CliSequence, WithoutFfmpegItSaysSo) {
   EXPECT_EQ(failed.exit_code, 0) << failed.err;
   EXPECT_NE(failed.err.find("warning: ffmpeg has failed (no such thing)"), std::string::npos)
       << failed.err;
+  EXPECT_EQ(empty.exit_code, 0) << empty.err;
+  EXPECT_NE(empty.err.find("warning: ffmpeg has written nothing"), std::string::npos) << empty.err;
   EXPECT_FALSE(fs::exists(place.path("out/sequence.mp4")));
   EXPECT_TRUE(fs::exists(place.path("out/sequence.json")));
 }

@@ -206,6 +206,23 @@ TEST(CliStudy, OneCaseAloneIsTheOneOfTheWhole) {
                  {"--shard 4/3: must be I/N"});
 }
 
+TEST(CliStudy, AnExrOfEveryCaseIsPartOfIt) {
+  const Workplace place;
+  place.write("study.toml", kScene + std::string("exr_size = 8\n") +
+                                axis("earth.ground_albedo", "[0.1, 0.3]") +
+                                "[sun]\nelevation_deg = 3\n");
+  ASSERT_EQ(place.run(with(kStudy, {"--quiet"})).exit_code, 0);
+  const std::vector<std::string> images = case_files(place, ".exr");
+  ASSERT_EQ(images.size(), 2u);
+  const auto before = files_in(place, "out");
+  ASSERT_EQ(place.run({"study", "--merge", "out", "-o", "copy", "--quiet"}).exit_code, 0);
+  expect_same(before, files_in(place, "copy"));
+  fs::remove(place.path("out/cases/" + images[0]));
+  const Finished healed = place.run(kStudy);
+  EXPECT_NE(healed.err.find("1 computed, 1 kept"), std::string::npos) << healed.err;
+  expect_same(before, files_in(place, "out"));
+}
+
 TEST(CliStudy, AChangeComputesOnlyWhatItTouches) {
   const Workplace place;
   place.write("study.toml", nine());
@@ -350,14 +367,18 @@ TEST(CliStudy, ASlurmArrayRunsItsShards) {
   EXPECT_EQ(lines_of(place.read("out/study.csv")).size(), 10u);
 }
 
-TEST(CliStudy, APlotOfNothingIsRefusedAfterTheFirstCases) {
+TEST(CliStudy, APlotOfNothingIsRefusedBeforeAnyWork) {
   const Workplace place;
   place.write("study.toml", nine() + "[[outputs.plots]]\nx = \"sun.elevation_deg\"\ny = \"lux\"\n");
   const Finished run = place.run(kStudy);
   EXPECT_EQ(run.exit_code, 2) << run.err;
   EXPECT_NE(run.err.find("study.toml:29: key 'outputs.plots.y' = \"lux\""), std::string::npos)
       << run.err;
-  EXPECT_EQ(case_files(place, ".nc").size(), 3u);
+  place.write("study.toml", kScene + axis("aerosols.type", "[\"none\", \"urban\"]") +
+                                "[sun]\nelevation_deg = 3\n[[outputs.plots]]\n"
+                                "x = \"aerosols.type\"\ny = \"radiance\"\n");
+  expect_refused(place.run(kStudy), {"key 'outputs.plots.x' = \"aerosols.type\"", "of numbers"});
+  EXPECT_FALSE(fs::exists(place.path("out")));
 }
 
 TEST(CliStudy, WrongStudiesAreRefused) {

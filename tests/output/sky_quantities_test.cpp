@@ -148,6 +148,26 @@ TEST(SkyQuantities, HaveTheSizesOfTheirCoordinates) {
   }
 }
 
+TEST(SkyQuantities, AreKnownInShapeBeforeAnySky) {
+  const SceneModel model = model_at(even(380, 780, 20));
+  const FormulaSky sky(model, 0.02, true);
+  for (const auto texture : {TextureContent::kSpectral, TextureContent::kRgb}) {
+    WantedQuantities wanted = everything();
+    wanted.texture = texture;
+    const auto shapes = quantity_shapes(wanted, quantity_coordinates(wanted, model.scene));
+    const auto all = observe(sky, model, wanted);
+    ASSERT_EQ(shapes.size(), all.size());
+    for (std::size_t k = 0; k < all.size(); ++k) {
+      EXPECT_EQ(shapes[k].name, all[k].name);
+      EXPECT_EQ(shapes[k].dimensions, all[k].dimensions) << all[k].name;
+      if (all[k].name == "texture") continue;
+      EXPECT_EQ(shapes[k].values.size(), all[k].values.size()) << all[k].name;
+    }
+    wanted.quantities = {SkyQuantity::kRadiance};
+    EXPECT_EQ(quantity_shapes(wanted, quantity_coordinates(wanted, model.scene)).size(), 1u);
+  }
+}
+
 TEST(SkyQuantities, OfDarknessAreNumbersOrNone) {
   const SceneModel model = model_at(even(380, 780, 20));
   const FormulaSky sky(model, 0.0, true);

@@ -1,12 +1,15 @@
 // Plans of studies: what a case depends on, what shares an atmosphere, who computes what.
 #include "output/study_plan.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <numbers>
 #include <set>
 
 #include "output/study_case_file.h"
+#include "sim/scene_aerosols.h"
 #include "sim/scene_model.h"
 #include "tests/sim/small_scene.h"
 #include "tests/temporary_folder.h"
@@ -158,6 +161,59 @@ TEST_F(StudyPlans, AFileThatAMixtureNamesCountsToo) {
   const std::string before = case_inputs(scene, {});
   folder_.write("soot.csv", "1.85");
   EXPECT_NE(case_inputs(scene, {}), before);
+}
+
+// A humidity's file of a component in OPAC's form, which scatters alike in all directions.
+std::string opac_file(int percent, double scattering_per_km) {
+  std::string text =
+      fmt::format("# water soluble ({}%)", percent) +
+      "\n#\n# optical parameters:\n#\n"
+      "# wavelength ext.coef  sca.coef  abs.coef  si.sc.alb  asym.par  ext.nor  ref.real  "
+      "ref.imag\n"
+      "#     [um]     [1/km]    [1/km]    [1/km]\n#\n";
+  const char* nm[] = {"3.500E-01", "5.500E-01", "8.000E-01"};
+  for (const char* um : nm) {
+    text += fmt::format(
+        "#  {0} {1:.3E} {1:.3E} 0.000E+00 1.000E+00 0.000E+00 1.000E+00 1.500E+00 "
+        "0.000E+00\n",
+        um, scattering_per_km);
+  }
+  text += "#\n# volume phase function [1/km]:\n#\n# sca.ang. | wavelengths --->\n#\n#          |";
+  for (const char* um : nm) text += fmt::format(" {}", um);
+  text += "\n#\n";
+  for (int deg = 0; deg <= 180; deg += 2) {
+    text += fmt::format("  {:.5E} ", static_cast<double>(deg));
+    for ([[maybe_unused]] const char* um : nm) {
+      text += fmt::format(" {:.3E}", scattering_per_km / (4 * std::numbers::pi));
+    }
+    text += "\n";
+  }
+  return text;
+}
+
+// OPAC's files are named by their stem, and a folder's name may hold quotes.
+TEST_F(StudyPlans, FilesThatAMixtureNamesByTheirStemCount) {
+  std::filesystem::create_directory(folder_.path / "isn't");
+  folder_.write("isn't/waso00", opac_file(0, 1e-6));
+  folder_.write("isn't/waso80", opac_file(80, 2e-6));
+  Scene scene = parse_scene(kScene, "scene");
+  scene.aerosols.mixture =
+      folder_
+          .write("mixture.toml",
+                 "[[component]]\nname = \"own\"\noptics = \"isn't/waso\"\n[[layer]]\n"
+                 "bottom_km = 0\ntop_km = 2\nnumber_per_cm3 = { own = 1000 }\n")
+          .string();
+  ASSERT_EQ(aerosol_files(scene).size(), 3u);
+  const std::string before = case_inputs(scene, {}), air = atmosphere_inputs(scene);
+  folder_.write("isn't/waso80", opac_file(80, 3e-6));
+  const std::string changed = case_inputs(scene, {});
+  EXPECT_NE(changed, before);
+  EXPECT_NE(atmosphere_inputs(scene), air);
+  folder_.write("isn't/waso90", opac_file(90, 4e-6));
+  EXPECT_NE(case_inputs(scene, {}), changed);
+  folder_.write("isn't/waso80", opac_file(80, 2e-6));
+  std::filesystem::remove(folder_.path / "isn't/waso90");
+  EXPECT_EQ(case_inputs(scene, {}), before);
 }
 
 TEST_F(StudyPlans, OneAxisValueMoreNamesOnlyNewCases) {
