@@ -113,15 +113,17 @@ std::vector<std::uint8_t> tone_map(const SkyImage& image, const PreviewSettings&
   for (std::size_t i = 0; i < pixels; ++i) {
     if (luminance[i] <= 0.0) continue;
     const double scaled = luminance[i] * scale;
-    double shown = std::min(1.0, scaled * (1.0 + scaled / (burn_out * burn_out)) / (1.0 + scaled));
+    const double curve = scaled * (1.0 + scaled / (burn_out * burn_out)) / (1.0 + scaled);
+    double shown = std::min(1.0, curve);
     const LinearRgb scene = pixel_rgb(image, i, is_xyz);
     LinearRgb display;
     for (std::size_t c = 0; c < 3; ++c) display[c] = scene[c] * (shown / luminance[i]);
     double largest = *std::max_element(display.begin(), display.end());
     // A vivid colour that does not fit gives up light first and saturation for
-    // the rest, so that a red glow is not bleached; near white all colours fade.
+    // the rest, so that a red glow is not bleached; near white all colours fade. What outshines
+    // white, as the Sun does, gives up less: it must not look darker than the sky around it.
     if (largest > 1.0) {
-      const double dimmed = std::pow(largest, -0.6);
+      const double dimmed = std::pow(largest, -0.6 / std::max(1.0, curve));
       shown *= dimmed;
       largest *= dimmed;
       for (double& component : display) component *= dimmed;

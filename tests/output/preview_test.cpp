@@ -74,6 +74,27 @@ TEST(Preview, ASunDiscDoesNotDarkenTheSky) {
   EXPECT_EQ(with[0], 255);
 }
 
+// A Sun redder than its glow and 20 to 1e5 times as bright, as near the horizon.
+TEST(Preview, ALowRedSunIsNoDarkerThanItsGlow) {
+  SkyImage image{100, 100, {"R", "G", "B"}, {}};
+  for (int i = 0; i < 10000; ++i) {
+    const float bright = std::exp2(static_cast<float>(i) / 2000.0f);
+    for (const float part : {1.0f, 0.5f, 0.08f}) image.pixels.push_back(bright * part);
+  }
+  const std::size_t sun = 30000 - 3 * 40;  // in the brightest sky
+  for (int step = 0; step < 40; ++step) {
+    const float bright = 32.0f * 20.0f * std::pow(10.0f, static_cast<float>(step) / 10.0f);
+    for (std::size_t i = 0; i < 40; ++i) {
+      const float part = 1.0f - static_cast<float>(i) / 40.0f;  // of the pixel
+      image.pixels[sun + 3 * i] = 32.0f + part * bright;
+      image.pixels[sun + 3 * i + 1] = 16.0f + part * bright * 0.22f;
+      image.pixels[sun + 3 * i + 2] = 2.56f;
+    }
+    const auto bytes = tone_map(image);
+    for (std::size_t c = 0; c < 3; ++c) EXPECT_GE(bytes[sun + c], bytes[sun - 3 + c]) << bright;
+  }
+}
+
 TEST(Preview, EmptyPixelsDoNotCount) {
   SkyImage image{2, 1, {"R", "G", "B"}, {0, 0, 0, 5, 5, 5}};
   const auto bytes = tone_map(image);
