@@ -11,6 +11,7 @@
 #include <numeric>
 #include <random>
 #include <stdexcept>
+#include <tuple>
 
 namespace twilight {
 namespace {
@@ -24,6 +25,9 @@ constexpr int kMostCorrections = 4;
 // which the tolerance keeps below a tenth for as many data as a hundred.
 constexpr double kProfileTolerance = 1e-3;
 constexpr int kMostProfileSteps = 10;
+// A profile below the best by more (of chi squared over error_scale^2) has found another minimum.
+constexpr double kLowerMinimum = 0.1;
+constexpr int kMostNewStarts = 3;   // from profiles
 constexpr double kShiftLeft = 0.1;  // of an error, after which the correction stands
 // A singular value below this share of the largest is rounding.
 constexpr double kNoEffect = 1e-9;
@@ -141,6 +145,10 @@ class UnitProblem {
       slope[k] = (high[k] - low[k]) / (up[i] - down[i]);
     return slope;
   }
+  /// What correct_at() has found: factors and offsets of the data; empty before.
+  using Correction = std::pair<std::vector<double>, std::vector<double>>;
+  Correction correction() const { return {factor_, offset_}; }
+  void set_correction(Correction c) { std::tie(factor_, offset_) = std::move(c); }
   /// Makes predict() the accurate model's at t; returns the rms change over the data's errors.
   double correct_at(const Unit& t) {
     const std::vector<double> before = predict(t);
@@ -474,6 +482,11 @@ void judge_linear(const UnitProblem& problem, const Unit& t, const Linearised& l
       p.claimed = false;
       p.reasons.push_back(wide_interval(width));
     }
+    if (scale > kWorstClaim) {
+      p.claimed = false;
+      p.reasons.push_back(fmt::format(
+          "the model does not explain the data: it misses them by {:.2g} of their errors", scale));
+    }
     result.parameters.push_back(std::move(p));
   }
 }
@@ -483,7 +496,18 @@ class Profile {
  public:
   Profile(UnitProblem& problem, const Minimum& best, const Linearised& linear, std::size_t i,
           double error_scale)
-      : problem_(problem), best_(best), linear_(linear), i_(i), scale_(error_scale) {}
+      : problem_(problem),
+        best_(best),
+        lowest_(best),
+        linear_(linear),
+        i_(i),
+        scale_(error_scale) {}
+
+  /// The lowest place seen, if that is below the best by more than a search's tolerance.
+  std::optional<Minimum> lower() const {
+    if (best_.chi_squared - lowest_.chi_squared <= kLowerMinimum * scale_ * scale_) return {};
+    return lowest_;
+  }
 
   /// By how much chi squared rises where the parameter is t; `near` is where the others start from.
   double rise(double t, Unit& near) {
@@ -501,6 +525,7 @@ class Profile {
     const Minimum there =
         minimise(problem_, from, i_, fmt::format("{} = {:.4g}", p.name, from_unit(p, t)));
     near = there.at;
+    if (there.chi_squared < lowest_.chi_squared) lowest_ = there;
     return std::max(0.0, (there.chi_squared - best_.chi_squared) / (scale_ * scale_));
   }
 
@@ -528,14 +553,16 @@ class Profile {
  private:
   UnitProblem& problem_;
   const Minimum& best_;
+  Minimum lowest_;
   const Linearised& linear_;
   std::size_t i_;
   double scale_;
 };
 
-// Parameters that may not be told are looked at beyond the linear model.
-void judge_profiles(UnitProblem& problem, const Minimum& best, const Linearised& linear,
-                    Retrieval& result) {
+// Parameters that may not be told are looked at beyond the linear model. If told to follow,
+// stops at a profile that explains the data better than the best, and returns where.
+std::optional<Minimum> judge_profiles(UnitProblem& problem, const Minimum& best,
+                                      const Linearised& linear, bool follow, Retrieval& result) {
   for (std::size_t i = 0; i < best.at.size(); ++i) {
     RetrievedParameter& p = result.parameters[i];
     // An error this small of the range needs no second look.
@@ -544,6 +571,7 @@ void judge_profiles(UnitProblem& problem, const Minimum& best, const Linearised&
     if (linear.no_effect[i] != 0 || (sure && p.trades_off_with.empty())) continue;
     Profile profile(problem, best, linear, i, result.error_scale);
     const double low = profile.interval_end(-1), high = profile.interval_end(1);
+    if (follow && profile.lower()) return profile.lower();
     p.low_95 = from_unit(p.parameter, low);
     p.high_95 = from_unit(p.parameter, high);
     p.profiled = true;
@@ -563,7 +591,47 @@ void judge_profiles(UnitProblem& problem, const Minimum& best, const Linearised&
     if (!p.claimed) continue;
     look_at(0.0, p.low_end);
     look_at(1.0, p.high_end);
+    if (follow && profile.lower()) return profile.lower();
   }
+  return std::nullopt;
+}
+
+// All about the best but the profiles.
+Linearised judge(UnitProblem& problem, const Minimum& best, Retrieval& result) {
+  const Linearised linear = linearise(problem, best.at);
+  result.converged = best.converged;
+  result.chi_squared = best.chi_squared;
+  result.degrees_of_freedom = problem.data() - problem.parameters();
+  result.error_scale = 1.0;
+  if (result.degrees_of_freedom > 0) {
+    result.error_scale =
+        std::max(1.0, std::sqrt(best.chi_squared / static_cast<double>(result.degrees_of_freedom)));
+  }
+  result.singular_values.assign(linear.singular.begin(), linear.singular.end());
+  result.predicted = problem.predict(best.at);
+  result.parameters.clear();
+  judge_linear(problem, best.at, linear, result);
+  return linear;
+}
+
+// A search from a place that explains the data better than the best; whether it stays below it.
+bool search_again(UnitProblem& problem, const Minimum& lower, Minimum& best, Retrieval& result) {
+  const UnitProblem::Correction before = problem.correction();
+  const double rms = result.correction_rms_sigma, shift = result.correction_shift_sigma;
+  Minimum found = minimise(problem, lower.at, lower.at.size(), "start from a profile");
+  result.starts.push_back({problem.values(lower.at), problem.values(found.at), found.chi_squared,
+                           found.iterations, found.converged, found.termination});
+  if (problem.problem().accurate_model) found = corrected(problem, std::move(found), result);
+  if (found.chi_squared < best.chi_squared) {
+    best = std::move(found);
+    result.best_start = result.starts.size() - 1;
+    return true;
+  }
+  // The accurate model says otherwise there.
+  problem.set_correction(before);
+  result.correction_rms_sigma = rms;
+  result.correction_shift_sigma = shift;
+  return false;
 }
 
 }  // namespace
@@ -575,18 +643,22 @@ Retrieval retrieve(const RetrievalProblem& problem, const RetrievalOptions& opti
   Retrieval result;
   Minimum best = search(unit, result);
   if (problem.accurate_model) best = corrected(unit, std::move(best), result);
-  const Linearised linear = linearise(unit, best.at);
-  result.converged = best.converged;
-  result.chi_squared = best.chi_squared;
-  result.degrees_of_freedom = problem.measured.size() - problem.parameters.size();
-  if (result.degrees_of_freedom > 0) {
-    result.error_scale =
-        std::max(1.0, std::sqrt(best.chi_squared / static_cast<double>(result.degrees_of_freedom)));
+  Linearised linear = judge(unit, best, result);
+  bool follow = true;
+  for (int again = 0; options.profiles; ++again) {
+    const std::optional<Minimum> lower = judge_profiles(unit, best, linear, follow, result);
+    if (!lower) break;
+    if (again == kMostNewStarts) {
+      result.converged = false;
+      for (RetrievedParameter& p : result.parameters) {
+        p.claimed = false;
+        p.reasons.push_back("other values explain the data better");
+      }
+      break;
+    }
+    follow = search_again(unit, *lower, best, result);
+    linear = judge(unit, best, result);
   }
-  result.singular_values.assign(linear.singular.begin(), linear.singular.end());
-  result.predicted = unit.predict(best.at);
-  judge_linear(unit, best.at, linear, result);
-  if (options.profiles) judge_profiles(unit, best, linear, result);
   result.evaluations = unit.evaluations();
   return result;
 }

@@ -94,6 +94,9 @@ inline constexpr double kWidestClaim = 0.5;
 /// ... and where no end of the range that is farther away than that share of it explains the data
 /// as well: chi squared has to rise by this much (two sigma of one parameter).
 inline constexpr double kProfileRise = 4.0;
+/// Nothing is claimed where the model misses the data by more than so many of their errors
+/// (error_scale): the sky is not one of the model's, and neither are its parameters.
+inline constexpr double kWorstClaim = 5.0;
 
 struct Retrieval {
   std::vector<RetrievedParameter> parameters;
@@ -107,10 +110,11 @@ struct Retrieval {
   /// max(1, sqrt(chi squared / degrees of freedom)): what all errors are multiplied with where the
   /// model does not explain the data within theirs.
   double error_scale = 1.0;
-  std::vector<double> predicted;  ///< data at the best parameters
-  std::vector<RetrievalStart> starts;
+  std::vector<double> predicted;       ///< data at the best parameters
+  std::vector<RetrievalStart> starts;  ///< those from profiles last
   std::size_t best_start = 0;
-  bool converged = false;  ///< the best search, and the correction if there is one
+  /// The best search, and the correction if there is one, and no profile has ended below it.
+  bool converged = false;
   /// By how much the accurate model has moved the parameters: largest |shift| over its error; and
   /// the rms of its correction over the data's errors. Zero without.
   double correction_shift_sigma = 0.0, correction_rms_sigma = 0.0;
@@ -120,7 +124,11 @@ struct Retrieval {
 /// Weighted least squares, the sum of ((model - measured) / error)^2, by Levenberg-Marquardt
 /// (Ceres) inside the ranges; one-sided differences as derivatives in the search, central ones for
 /// the errors. Errors are those of the model linearised at the best (Gauss): intervals of
-/// parameters searched in logarithms are symmetric there. Deterministic; calls the models from this
+/// parameters searched in logarithms are symmetric there. Where a profile ends below the best, a
+/// search starts from there and all is judged anew, three times at most; after that nothing is
+/// claimed. Where the accurate model does not agree that it is lower the best stays, its profiles
+/// as wide as the search's model has them. No search knows that there is no lower minimum
+/// elsewhere. Deterministic; calls the models from this
 /// thread alone. Throws std::invalid_argument for a problem that is not as said above, Cancelled
 /// when told to stop, and whatever the models throw.
 Retrieval retrieve(const RetrievalProblem& problem, const RetrievalOptions& options,

@@ -217,6 +217,75 @@ TEST(Retrieval, SeveralStartsFindTheDeeperMinimum) {
   EXPECT_GT(r.starts.front().chi_squared, r.chi_squared + 0.5);
 }
 
+// The same minima, one start in the higher one's valley, and errors so wide that profiles look
+// about: they end below the best, and the search goes on from there.
+TEST(Retrieval, AProfileBelowTheBestIsSearchedFrom) {
+  RetrievalProblem problem;
+  problem.parameters = {{"x", -2, 2, 1.5, false}, {"y", -1, 1, 0.5, false}};
+  problem.measured = {0, 0, 0};
+  problem.standard_error = {1, 1, 1};
+  problem.model = [](std::span<const double> p) {
+    return std::vector<double>{4 * (p[0] * p[0] - 1), (p[0] + 1) * 1.5, 20 * (p[1] - p[0] / 4)};
+  };
+  RetrievalOptions options;
+  options.starts = 1;
+  options.profiles = false;
+  const Retrieval local = retrieve(problem, options);
+  EXPECT_GT(local.parameters[0].value, 0.5);
+  options.profiles = true;
+  for (const bool accurate : {false, true}) {
+    if (accurate) problem.accurate_model = problem.model;
+    const Retrieval r = retrieve(problem, options);
+    EXPECT_TRUE(r.converged);
+    EXPECT_NEAR(r.parameters[0].value, -1.0, 1e-2);
+    EXPECT_NEAR(r.parameters[1].value, -0.25, 1e-2);
+    EXPECT_LT(r.chi_squared, 0.01);
+    EXPECT_LT(r.parameters[0].high_95, 0.0);
+    ASSERT_GE(r.starts.size(), 2u);
+    EXPECT_EQ(r.best_start, r.starts.size() - 1);
+    EXPECT_GT(r.starts.front().chi_squared, r.chi_squared);
+  }
+}
+
+// The search's model has a lower minimum that the accurate one has not: the best stays.
+TEST(Retrieval, AProfileIsNotFollowedToWhereTheAccurateModelIsHigher) {
+  RetrievalProblem problem;
+  problem.parameters = {{"x", -2, 2, 1.5, false}, {"y", -1, 1, 0.5, false}};
+  problem.measured = {0, 0, 0, 0};
+  problem.standard_error = {1, 1, 1, 1};
+  problem.model = [](std::span<const double> p) {
+    return std::vector<double>{4 * (p[0] * p[0] - 1), (p[0] + 1) * 1.5, 20 * (p[1] - p[0] / 4), 0};
+  };
+  problem.accurate_model = [&](std::span<const double> p) {
+    std::vector<double> y = problem.model(p);
+    y[3] = p[0] < 0 ? 9 : 0;
+    return y;
+  };
+  RetrievalOptions options;
+  options.starts = 1;
+  const Retrieval r = retrieve(problem, options);
+  EXPECT_GT(r.parameters[0].value, 0.5);
+  EXPECT_LT(r.chi_squared, 10.0);
+  EXPECT_EQ(r.best_start, 0u);
+  EXPECT_EQ(r.starts.size(), 2u);
+  EXPECT_NEAR(r.predicted[3], 0.0, 1e-12);
+}
+
+// A model that misses the data by many errors tells nothing of the air, however sharp its minimum.
+TEST(Retrieval, ClaimsNothingOfAModelThatDoesNotExplainTheData) {
+  RetrievalProblem problem = straight_line(40, 1.0, 0.5, 1e-3);
+  ASSERT_TRUE(retrieve(problem, {}).parameters[1].claimed);
+  for (std::size_t k = 0; k < problem.measured.size(); ++k) {
+    problem.measured[k] += k % 2 == 0 ? 0.01 : -0.01;
+  }
+  const Retrieval r = retrieve(problem, {});
+  EXPECT_GT(r.error_scale, 9.0);
+  for (const RetrievedParameter& p : r.parameters) {
+    EXPECT_FALSE(p.claimed);
+    EXPECT_THAT(p.reasons, testing::Contains(testing::HasSubstr("does not explain")));
+  }
+}
+
 // The search's model is biased; the accurate one has the last word.
 TEST(Retrieval, EndsAtTheAccurateModelsMinimum) {
   RetrievalProblem problem = straight_line(12, 1.0, 0.5, 0.05);
