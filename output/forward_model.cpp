@@ -44,6 +44,18 @@ std::vector<double> response_weights(const SpectralResponse& response,
   }
   // The Sun's spectra begin at 200 nm and a visible response ends where V(lambda) does.
   constexpr int kFirst_nm = 280, kLast_nm = 1100;
+  double whole = 0, held = 0;
+  for (int nm = kFirst_nm; nm <= kLast_nm; ++nm) {
+    const double share = std::abs(sensitivity_at(response, nm));
+    whole += share;
+    if (nm >= wavelength_nm.front() && nm <= wavelength_nm.back()) held += share;
+  }
+  if (held < response.least_held * whole) {
+    throw std::invalid_argument(fmt::format(
+        "key 'spectrum.wavelengths_nm' = {}..{}: must hold {:g} % of {}, {}..{} nm: holds {:.3g} %",
+        wavelength_nm.front(), wavelength_nm.back(), 100 * response.least_held, response.name,
+        response.sensitivity_nm.front(), response.sensitivity_nm.back(), 100 * held / whole));
+  }
   for (int nm = kFirst_nm; nm <= kLast_nm; ++nm) {
     const double sensitivity = sensitivity_at(response, nm);
     if (sensitivity == 0) continue;
@@ -186,7 +198,7 @@ std::vector<double> SkyForwardModel::operator()(std::span<const double> paramete
     value *= exposure;
     if (!measured_.magnitudes) continue;
     if (!(value > 0)) throw std::runtime_error("the sky is dark where a magnitude was measured");
-    value = -2.5 * std::log10(value / kZeroMagnitudeLuminance_cd_m2);
+    value = -2.5 * std::log10(value);
   }
   return data;
 }

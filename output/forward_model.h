@@ -17,7 +17,8 @@ namespace twilight {
 /// w_i such that the sum of w_i L_i / E0_i over the wavelengths of a sky is what the response makes
 /// of its light, for the Sun at 1 au: E0 at a single wavelength, which must be among them; else, as
 /// in ColourIntegrator, the integral in steps of 1 nm of E0 s(lambda) hat_i(lambda)
-/// (lambda_i / lambda)^4. Throws std::invalid_argument for a single wavelength that is not there.
+/// (lambda_i / lambda)^4. Throws std::invalid_argument for a single wavelength that is not there,
+/// and for wavelengths that hold less of the response than its least_held.
 std::vector<double> response_weights(const SpectralResponse& response,
                                      std::span<const double> wavelength_nm,
                                      const std::string& solar_spectrum);

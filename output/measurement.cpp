@@ -14,6 +14,7 @@
 #include "output/csv_reader.h"
 #include "output/photograph.h"
 #include "output/scene_map.h"
+#include "output/ubvri.h"
 #include "solar/sun_position.h"
 #include "solar/time_point.h"
 
@@ -30,14 +31,15 @@ class Directions {
 
   std::size_t sun(const CsvFile& csv, std::size_t row) {
     const auto elevation = csv.column("sun_elevation_deg"), time = csv.column("time");
-    const std::string text = elevation ? csv.text(row, *elevation)
-                             : time    ? csv.text(row, *time)
-                                       : "";
+    const auto azimuth = csv.column("sun_azimuth_deg");
+    std::string text = elevation ? csv.text(row, *elevation) : time ? csv.text(row, *time) : "";
+    if (elevation && azimuth) text += "," + csv.text(row, *azimuth);
     const auto [it, fresh] = suns_.try_emplace(text, measured_.suns.size());
     if (!fresh) return it->second;
     if (elevation) {
       MeasuredSun sun = sun_of(scene_);
       sun.elevation_rad = kRadPerDeg * csv.number(row, *elevation, -90.0, 90.0);
+      if (azimuth) sun.azimuth_rad = kRadPerDeg * csv.number(row, *azimuth, -360.0, 360.0);
       measured_.suns.push_back(sun);
     } else if (time) {
       try {
@@ -91,8 +93,19 @@ SpectralResponse luminance_response() {
   return response;
 }
 
+// Two columns for one thing would leave one unread without a word.
+void refuse_both(const CsvFile& csv, std::string_view one, std::string_view other) {
+  if (csv.column(one) && csv.column(other)) {
+    throw std::invalid_argument(
+        fmt::format("columns '{}' and '{}' are both there: must be one", one, other));
+  }
+}
+
 void read_radiances(const CsvFile& csv, const Scene& scene, std::optional<double> relative_error,
                     Measurement& measured) {
+  refuse_both(csv, "relative_azimuth_deg", "azimuth_deg");
+  refuse_both(csv, "sun_elevation_deg", "time");
+  if (csv.column("azimuth_deg") && csv.column("sun_elevation_deg")) csv.required("sun_azimuth_deg");
   Directions directions(measured, scene);
   const std::size_t elevation = csv.required("view_elevation_deg");
   const auto relative = csv.column("relative_azimuth_deg"), azimuth = csv.column("azimuth_deg");
@@ -122,18 +135,33 @@ void read_radiances(const CsvFile& csv, const Scene& scene, std::optional<double
 
 void read_zenith_curve(const CsvFile& csv, const Scene& scene, std::optional<double> relative_error,
                        Measurement& measured) {
+  refuse_both(csv, "luminance_cd_m2", "magnitude_per_arcsec2");
+  refuse_both(csv, "sun_elevation_deg", "time");
   Directions directions(measured, scene);
   const auto luminance = csv.column("luminance_cd_m2");
   const std::size_t column = luminance ? *luminance : csv.required("magnitude_per_arcsec2");
   measured.kind = MeasuredKind::kZenithCurve;
   measured.magnitudes = !luminance;
-  measured.responses = {luminance_response()};
+  const auto band = csv.column("magnitude_band");
+  std::map<std::string, std::size_t> responses;
+  if (luminance) measured.responses = {luminance_response()};
   measured.views = {{std::numbers::pi / 2, 0.0}};
   for (std::size_t row = 0; row < csv.rows(); ++row) {
     MeasuredValue value;
     value.line = csv.line(row);
     value.sun = directions.sun(csv, row);
     value.views = {{0, 1.0}};
+    if (!luminance) {
+      const std::string name = band ? csv.text(row, *band) : "V";
+      const auto known = std::ranges::find(kUbvriBands, name);
+      if (known == kUbvriBands.end()) csv.refuse(row, *band, "must be U, B, V, R or I");
+      const auto [it, fresh] = responses.try_emplace(name, measured.responses.size());
+      if (fresh) {
+        measured.responses.push_back(
+            band_response(static_cast<std::size_t>(known - kUbvriBands.begin())));
+      }
+      value.response = it->second;
+    }
     value.value = luminance ? csv.number(row, column, kSmallest, kLargest)
                             : csv.number(row, column, -30.0, 30.0);
     value.standard_error = error_of(csv, row, value.value, measured.magnitudes, relative_error);
@@ -214,6 +242,21 @@ Measurement read_toml(const std::filesystem::path& file, const Scene& scene,
 }
 
 }  // namespace
+
+SpectralResponse band_response(std::size_t band) {
+  SpectralResponse response{
+      std::string(kUbvriBands.at(band)), std::nullopt, {}, {}, kUbvriCoverage};
+  const auto [first, last] = ubvri_range_nm(band);
+  double whole = 0;
+  for (double nm = first; nm <= last; ++nm) {
+    response.sensitivity_nm.push_back(nm);
+    response.sensitivity.push_back(ubvri_response(band, nm));
+    whole += response.sensitivity.back();
+  }
+  for (double& s : response.sensitivity)
+    s *= kSquareArcsecond_sr / (whole * ubvri_zero_w_m2_nm(band));
+  return response;
+}
 
 MeasuredSun sun_at(const Scene& scene, const std::string& time) {
   const std::optional<Place> place = place_of(scene);

@@ -21,6 +21,9 @@ struct SpectralResponse {
   std::optional<double> single_nm;          ///< of a monochromatic radiance
   std::vector<double> sensitivity_nm = {};  ///< strictly increasing
   std::vector<double> sensitivity = {};     ///< as many; linear between, zero beyond
+  /// Share of the integral that the wavelengths of a sky must hold. Magnitudes need nearly all, as
+  /// UbvriIntegrator does.
+  double least_held = 0.0;
 };
 
 /// The Sun of some data.
@@ -29,6 +32,10 @@ struct MeasuredSun {
   double azimuth_rad = 0.0;    ///< clockwise from north
   double distance_au = 1.0;    ///< the solar irradiance is scaled by it
 };
+
+/// Mean over a band of ubvri.h times kSquareArcsecond_sr over its zero point, named "V" etc.: the
+/// surface brightness is -2.5 log10 of it. band < 5.
+SpectralResponse band_response(std::size_t band);
 
 /// One datum: the mean over its views, as the response sees it.
 struct MeasuredValue {
@@ -51,25 +58,21 @@ struct Measurement {
   std::vector<SpectralResponse> responses;
   std::vector<ViewDirection> views;  ///< azimuths relative to the Sun of the value that looks there
   std::vector<MeasuredValue> values;
-  bool magnitudes = false;     ///< values and errors are magnitudes, -2.5 log10(luminance) + zero
+  bool magnitudes = false;     ///< values and errors are mag arcsec^-2 of their response's band
   bool free_exposure = false;  ///< values carry an unknown factor
   /// For people: samples taken, pose and its residual...
   std::vector<std::pair<std::string, std::string>> figures;
   int width = 0, height = 0;  ///< of a photograph
 };
 
-/// Luminance of 0 mag arcsec^-2, cd/m^2: 10.8e4, the conversion in use for sky brightness meters
-/// (Garstang 1986, PASP 98, 364, through 34.08 nL = exp(20.7233 - 0.92104 V)). It takes Johnson's V
-/// for V(lambda): for twilight's blue light within some hundredths of a magnitude.
-inline constexpr double kZeroMagnitudeLuminance_cd_m2 = 1.08e5;
-
 /// Reads what was measured under the scene's Sun or at its place:
 /// - A CSV file with a header. Radiances: view_elevation_deg (-90..90); relative_azimuth_deg (from
 ///   the Sun's) or azimuth_deg (clockwise from north); wavelength_nm (280..1000);
 ///   radiance_w_m2_sr_nm (> 0). Zenith curves: luminance_cd_m2 (> 0) or magnitude_per_arcsec2, and
 ///   no view. Both: sun_elevation_deg (geometric) or time (RFC 3339; the scene then has a place),
-///   else the scene's Sun; standard_error in the value's unit, else `relative_error` is asked for.
-///   Other columns are not looked at; empty lines and lines with '#' are skipped.
+///   else the scene's Sun (azimuth_deg beside sun_elevation_deg needs sun_azimuth_deg too; two
+///   columns for one thing are refused); standard_error in the value's unit, else `relative_error`
+///   is asked for. Other columns are not looked at; empty lines and lines with '#' are skipped.
 /// - A TOML file that names such a file, `kind`, and `relative_error`; or a photograph
 ///   (photograph.h).
 /// Throws std::invalid_argument "FILE:LINE: ..." for whatever is wrong, std::runtime_error where a

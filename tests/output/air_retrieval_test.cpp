@@ -17,7 +17,9 @@
 #include "output/scene_colour.h"
 #include "output/scene_map.h"
 #include "output/sky_image.h"
+#include "output/ubvri.h"
 #include "sim/orders_sky.h"
+#include "solar/solar_spectrum.h"
 #include "tests/temporary_folder.h"
 
 namespace twilight {
@@ -294,6 +296,43 @@ TEST(ForwardModel, ResponseWeightsAreTheColourIntegrators) {
   }
 }
 
+// A magnitude that is read is the one that a study measures of the same sky.
+TEST(ForwardModel, MagnitudesAreTheBandsOfUbvri) {
+  const std::vector<double> nm = {380, 440, 520, 600, 680, 760, 900};
+  const std::string& spectrum = scene_with().scene.sun.spectrum;
+  const auto solar = [&](double at) { return solar_irradiance_w_m2_nm(spectrum, at); };
+  const UbvriIntegrator bands(nm, solar);
+  std::vector<double> e0, radiance;
+  for (std::size_t w = 0; w < nm.size(); ++w) {
+    e0.push_back(solar(nm[w]));
+    radiance.push_back(1e-4 * e0.back() * (1 + 0.3 * static_cast<double>(w % 3)));
+  }
+  const UbvriValues expected = bands.surface_brightness(radiance, e0);
+  for (const std::size_t band : {1u, 2u, 3u, 4u}) {
+    const std::vector<double> weights = response_weights(band_response(band), nm, spectrum);
+    double sum = 0;
+    for (std::size_t w = 0; w < nm.size(); ++w) sum += weights[w] * radiance[w] / e0[w];
+    EXPECT_NEAR(-2.5 * std::log10(sum), expected[band], 1e-9) << kUbvriBands[band];
+  }
+  EXPECT_THROW(response_weights(band_response(0), nm, spectrum), std::invalid_argument);
+  const std::vector<double> few = {520, 600};
+  EXPECT_THROW(response_weights(band_response(2), few, spectrum), std::invalid_argument);
+}
+
+// Absolute azimuths are from north clockwise, relative ones from the Sun's: a view east of a Sun in
+// the south-west is left of it, its angle negative.
+TEST(Measurement, AzimuthsAreOfTheRowsOwnSun) {
+  const TemporaryFolder folder;
+  const auto csv = folder.write("a.csv",
+                                "sun_elevation_deg,sun_azimuth_deg,view_elevation_deg,azimuth_deg,"
+                                "wavelength_nm,radiance_w_m2_sr_nm,standard_error\n"
+                                "-3,230,10,200,550,1,0.1\n-3,240,10,250,550,1,0.1\n");
+  const Measurement m = read_measurement(csv, scene_with().scene);
+  ASSERT_EQ(m.suns.size(), 2u);
+  EXPECT_NEAR(m.views[m.values[0].views[0].first].relative_azimuth_rad, -30 * kRadPerDeg, 1e-12);
+  EXPECT_NEAR(m.views[m.values[1].views[0].first].relative_azimuth_rad, 10 * kRadPerDeg, 1e-12);
+}
+
 // Whoever reads radiances that `twilight radiance` printed has the Sun of the scene.
 TEST(Measurement, TakesTheScenesSunAndARelativeError) {
   const TemporaryFolder folder;
@@ -353,6 +392,14 @@ TEST(Measurement, RefusesRowsByFileAndLine) {
   refused(header + "90,0,550,nan,0.1\n", {"bad.csv:2", "nan"});
   refused(header + "90,0,550,1,0\n", {"bad.csv:2", "standard_error", "above 0"});
   refused(header, {"bad.csv", "no data"});
+  refused(
+      "sun_elevation_deg,view_elevation_deg,azimuth_deg,wavelength_nm,radiance_w_m2_sr_nm,"
+      "standard_error\n1,1,1,550,1,1\n",
+      {"bad.csv", "sun_azimuth_deg"});
+  refused("luminance_cd_m2,magnitude_per_arcsec2,standard_error\n1,1,1\n", {"bad.csv", "both"});
+  refused("sun_elevation_deg,time,luminance_cd_m2,standard_error\n1,1,1,1\n", {"bad.csv", "both"});
+  refused("magnitude_per_arcsec2,magnitude_band,standard_error\n1,X,1\n",
+          {"bad.csv:2", "magnitude_band", "U, B, V, R or I"});
   refused("view_elevation_deg,wavelength_nm\n1,2\n", {"bad.csv", "relative_azimuth_deg"});
   refused("time,luminance_cd_m2,standard_error\n2003-12-08T16:40:00+01:00,1,1\n",
           {"bad.csv:2", "time", "place"});
