@@ -26,7 +26,7 @@ struct UsualRange {
 constexpr UsualRange kUsualRanges[] = {
     {"aerosols.optical_depth_550nm", 0.005, 2.0},
     {"aerosols.relative_humidity_percent", 0.0, 99.0},
-    {"aerosols.angstrom_exponent", -0.5, 2.5},
+    // None for aerosols.angstrom_exponent: each mixture reaches its own.
     {"atmosphere.ozone_du", 100.0, 600.0},
     {"atmosphere.nitrogen_dioxide_du", 0.0, 3.0},
     {"earth.ground_albedo", 0.0, 1.0},

@@ -419,6 +419,7 @@ TEST(AirRetrieval, RefusesKeysThatCannotBeFree) {
   refused("sun.elevation_deg=-5..5", {"the air, the ground or the aerosols"});
   refused("observer.height_m=0..500", {"the air, the ground or the aerosols"});
   refused("atmosphere.top_km", {"no usual range", "LOW..HIGH"});
+  refused("aerosols.angstrom_exponent", {"no usual range", "LOW..HIGH"});
   refused("atmosphere.ozone_du=400..200", {"LOW below HIGH"});
   refused("atmosphere.ozone_du=400", {"LOW..HIGH"});
   refused("atmosphere.ozone_du=0..2000", {"1000"});
