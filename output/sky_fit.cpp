@@ -231,6 +231,9 @@ Study study_for_fit(Study study, const std::vector<double>& suns_deg) {
 }
 
 SkyFit fit_skies(const Study& study, const SkyFitOptions& options, const RunControl& control) {
+  if (study.dimensions.size() != study.axes.size() || !study.crossed()) {
+    throw std::invalid_argument("axes of a study must be crossed for a fit (Study::cross)");
+  }
   return SkyFitter(study, options, control).run();
 }
 

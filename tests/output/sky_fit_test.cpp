@@ -257,6 +257,7 @@ Study study_of(Scene scene, std::vector<StudyAxis> axes) {
   Study study;
   study.scene.scene = std::move(scene);
   study.axes = std::move(axes);
+  study.cross();
   return study;
 }
 
@@ -271,6 +272,7 @@ TEST(SkyFit, RecoversTheCoefficientsOfASyntheticSky) {
   Study study = study_of(scene, {});
   for (const FitAxis& axis : known.coefficients.axes)
     study.axes.push_back({axis.key, axis.values, ""});
+  study.cross();
 
   const SkyFit found = fit_skies(study, {});
   EXPECT_EQ(found.not_converged, 0u);
