@@ -177,6 +177,18 @@ TEST(BudgetPlan, TimeChoosesTheFinestThatFits) {
   }
 }
 
+// Draft misses this sky by up to 17 %, against finer levels.
+TEST(BudgetPlan, LayersAloftAskForFinerSteps) {
+  Scene scene = scene_at(-4.5);
+  scene.aerosols.type = "continental_clean";
+  scene.volcanic_sulfate.optical_depth_550nm = 0.1;
+  scene.budget.max_relative_error = 0.05;
+  KnownPhases known;
+  const BudgetPlan plan = plan_budget(scene, {}, known, {});
+  EXPECT_NE(plan.quality, "draft");
+  EXPECT_LE(plan.estimated_error, 0.05);
+}
+
 TEST(BudgetPlan, PrintedSceneLoadsAsTheSame) {
   Scene scene = scene_at(30);
   scene.budget.max_relative_error = 0.1;
