@@ -133,6 +133,7 @@ TEST(ParticleOpticsFile, MalformedCsvIsRefusedNamingTheLine) {
   table.phase.clear();
   table.relative_humidity_percent = {0, 50};
   table.optics.resize(4);
+  table.dry_mass_ug_per_m3 = 0.0;  // no line for it
   write_particle_optics(table, folder.path / "good.csv", "test");
   std::vector<std::string> good;
   std::istringstream in(text_of(folder.path / "good.csv"));
