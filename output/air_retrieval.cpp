@@ -74,6 +74,12 @@ FreeParameter parse_free(const std::string& item) {
     p.low = bound(item, std::string_view(range).substr(0, dots));
     p.high = bound(item, std::string_view(range).substr(dots + 2));
     if (!(p.low < p.high)) refuse(item, "must have LOW below HIGH");
+    // At 0 the layer and its boundaries are gone: the sky jumps there, and a search cannot leave
+    // it.
+    const bool layer = table == "volcanic_sulfate" || table == "dust_layer";
+    if (layer && p.name.ends_with("optical_depth_550nm") && !(p.low > 0)) {
+      refuse(item, "must have LOW above 0, where there is a layer");
+    }
   } else {
     const auto usual = std::ranges::find(kUsualRanges, p.name, &UsualRange::key);
     if (usual == std::end(kUsualRanges)) {

@@ -6,6 +6,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "output/spectral_shares.h"
+
 namespace twilight {
 namespace {
 
@@ -77,23 +79,9 @@ ColourIntegrator::ColourIntegrator(std::span<const double> wavelength_nm,
       throw std::invalid_argument("solar irradiance at " + std::to_string(lambda_nm) + " nm is " +
                                   std::to_string(solar) + " W m^-2 nm^-1; it must be >= 0");
     }
-    const auto add = [&](std::size_t i, double hat) {
-      const double ratio = wavelength_nm[i] / lambda_nm;
-      const double weight = hat * solar * ratio * ratio * ratio * ratio;
-      for (std::size_t c = 0; c < 3; ++c) weights_[i][c] += weight * table[row][c];
-    };
-    const auto above = std::upper_bound(wavelength_nm.begin(), wavelength_nm.end(), lambda_nm);
-    const auto next = static_cast<std::size_t>(above - wavelength_nm.begin());
-    if (next == 0) {
-      add(0, 1.0);
-    } else if (next == wavelength_nm.size()) {
-      add(next - 1, 1.0);
-    } else {
-      const double t =
-          (lambda_nm - wavelength_nm[next - 1]) / (wavelength_nm[next] - wavelength_nm[next - 1]);
-      add(next - 1, 1.0 - t);
-      add(next, t);
-    }
+    add_spectral_shares(wavelength_nm, lambda_nm, [&](std::size_t i, double share) {
+      for (std::size_t c = 0; c < 3; ++c) weights_[i][c] += share * solar * table[row][c];
+    });
   }
 }
 

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "output/spectral_shares.h"
 #include "output/study_axes.h"
 #include "sim/solver_arena.h"
 #include "solar/solar_spectrum.h"
@@ -59,21 +60,9 @@ std::vector<double> response_weights(const SpectralResponse& response,
   for (int nm = kFirst_nm; nm <= kLast_nm; ++nm) {
     const double sensitivity = sensitivity_at(response, nm);
     if (sensitivity == 0) continue;
-    const auto add = [&](std::size_t i, double hat) {
-      const double ratio = wavelength_nm[i] / nm;
-      weights[i] += hat * sensitivity * solar_irradiance_w_m2_nm(solar_spectrum, nm) * ratio *
-                    ratio * ratio * ratio;
-    };
-    const auto above = std::upper_bound(wavelength_nm.begin(), wavelength_nm.end(), nm);
-    const auto next = static_cast<std::size_t>(above - wavelength_nm.begin());
-    if (next == 0 || next == W) {
-      add(next == 0 ? 0 : W - 1, 1.0);
-      continue;
-    }
-    const double t =
-        (nm - wavelength_nm[next - 1]) / (wavelength_nm[next] - wavelength_nm[next - 1]);
-    add(next - 1, 1.0 - t);
-    add(next, t);
+    const double energy = sensitivity * solar_irradiance_w_m2_nm(solar_spectrum, nm);
+    add_spectral_shares(wavelength_nm, nm,
+                        [&](std::size_t i, double share) { weights[i] += share * energy; });
   }
   return weights;
 }

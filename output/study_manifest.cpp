@@ -129,7 +129,17 @@ StudyManifest manifest_of(const StudyPlan& plan) {
 void write_manifest(const fs::path& directory, const StudyPlan& plan) {
   // The copy first: the manifest is what is looked for.
   write_text_file(study_copy(directory), text_of(plan.study.file));
-  write_text_file(manifest_file(directory), to_json(manifest_of(plan)).dump(1) + "\n");
+  const std::string text = to_json(manifest_of(plan)).dump(1) + "\n";
+  std::error_code ignored;
+  if (fs::is_regular_file(manifest_file(directory), ignored) &&
+      text_of(manifest_file(directory)) != text) {
+    // What another study put together would stand beside this one's cases; it is made again from
+    // them.
+    for (const char* name : {"study.nc", "study.csv", "index.html"}) {
+      fs::remove(directory / name, ignored);
+    }
+  }
+  write_text_file(manifest_file(directory), text);
 }
 
 void copy_manifest(const fs::path& from, const fs::path& directory) {

@@ -7,6 +7,8 @@
 #include <limits>
 #include <stdexcept>
 
+#include "output/spectral_shares.h"
+
 namespace twilight {
 namespace {
 
@@ -109,19 +111,8 @@ UbvriIntegrator::UbvriIntegrator(std::span<const double> wavelength_nm,
       const double share = ubvri_response(band, nm) / whole;
       if (share == 0) continue;
       const double energy = share * solar_at(solar_irradiance_w_m2_nm, nm);
-      const auto add = [&](std::size_t i, double hat) {
-        weights[i] += hat * energy * std::pow(wavelength_nm[i] / nm, 4);
-      };
-      const auto next = static_cast<std::size_t>(std::ranges::upper_bound(wavelength_nm, nm) -
-                                                 wavelength_nm.begin());
-      if (next == 0 || next == wavelength_nm.size()) {
-        add(next == 0 ? 0 : next - 1, 1.0);
-        continue;
-      }
-      const double t =
-          (nm - wavelength_nm[next - 1]) / (wavelength_nm[next] - wavelength_nm[next - 1]);
-      add(next - 1, 1.0 - t);
-      add(next, t);
+      add_spectral_shares(wavelength_nm, nm,
+                          [&](std::size_t i, double part) { weights[i] += part * energy; });
     }
   }
 }

@@ -246,6 +246,21 @@ TEST(CliStudy, AChangeComputesOnlyWhatItTouches) {
   expect_same(before, files_in(place, "out"));
 }
 
+// A part of a changed study must not leave the old one's numbers beside its own cases.
+TEST(CliStudy, NumbersOfAnotherStudyGo) {
+  const Workplace place;
+  place.write("study.toml", nine());
+  ASSERT_EQ(place.run(with(kStudy, {"--quiet"})).exit_code, 0);
+  ASSERT_TRUE(std::filesystem::exists(place.path("out/study.nc")));
+  ASSERT_EQ(place.run(with(kStudy, {"--quiet", "--case", "1"})).exit_code, 0);
+  EXPECT_TRUE(std::filesystem::exists(place.path("out/study.nc")));
+  place.write("study.toml", kScene + axis("sun.elevation_deg", "[9, 3]"));
+  ASSERT_EQ(place.run(with(kStudy, {"--quiet", "--case", "1"})).exit_code, 0);
+  for (const char* name : {"out/study.nc", "out/study.csv", "out/index.html"}) {
+    EXPECT_FALSE(std::filesystem::exists(place.path(name))) << name;
+  }
+}
+
 // Preetham's model ends at the horizon: those cases fail, the others do not care.
 TEST(CliStudy, AFailedCaseIsRecordedAndTheOthersGoOn) {
   const Workplace place;

@@ -416,6 +416,7 @@ TEST(AirRetrieval, RefusesKeysThatCannotBeFree) {
   refused("atmosphere.ozon_du", {"--free atmosphere.ozon_du", "atmosphere.ozone_du"});
   refused("aerosols.type", {"--free aerosols.type", "number"});
   refused("atmosphere.layers=10..50", {"integer"});
+  refused("dust_layer.optical_depth_550nm=0..1", {"LOW above 0"});
   refused("sun.elevation_deg=-5..5", {"the air, the ground or the aerosols"});
   refused("observer.height_m=0..500", {"the air, the ground or the aerosols"});
   refused("atmosphere.top_km", {"no usual range", "LOW..HIGH"});
