@@ -16,6 +16,7 @@
 #include "output/checksum.h"
 #include "output/command_run.h"
 #include "output/exr_reader.h"
+#include "output/file_bytes.h"
 #include "output/scene_colour.h"
 #include "output/scene_fingerprint.h"
 #include "output/scene_map.h"
@@ -51,11 +52,6 @@ struct SequencePlan {
   bool spectral = false;
   SceneModel model;  // of the middle frame
 };
-
-std::string whole_file(const fs::path& path) {
-  std::ifstream stream(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
 
 std::string inputs_of(const Scene& scene, const SceneModel& shared, FileFingerprints& files) {
   return fnv1a64(fmt::format("twilight {}\n{} km {} au\n{}", kVersion,
@@ -360,7 +356,7 @@ std::vector<std::string> make_pictures(Run& run, const SequencePlan& plan) {
       plan.exposure_value ? fixed_exposures(own, *plan.exposure_value, white_luminance_cd_m2)
                           : follow_exposures(own);
   const std::string text = manifest(run, plan, exposures, white_luminance_cd_m2).dump(1) + "\n";
-  if (whole_file(options.directory / kManifest) != text) remove_results(options.directory);
+  if (file_bytes(options.directory / kManifest) != text) remove_results(options.directory);
   run.timed("pictures", [&] {
     for_frames(plan, "pictures", run.control(), [&](std::size_t k) {
       write_preview_png(plan.frames[k].png, read_exr_map(plan.frames[k].exr).image,

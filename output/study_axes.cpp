@@ -19,6 +19,7 @@
 #include <utility>
 
 #include "sim/monte_carlo_random.h"
+#include "sim/toml_shown.h"
 
 namespace twilight {
 namespace {
@@ -29,15 +30,6 @@ constexpr std::string_view kPlaceKeys[] = {"observer.latitude_deg", "observer.lo
                                            "observer.time"};
 constexpr std::string_view kSunKey = "sun.elevation_deg";
 constexpr std::int64_t kMostValues = 1000, kMostCases = 100000;
-
-template <class Node>
-std::string shown(const Node& node) {
-  if (node.is_table()) return "a table";
-  std::ostringstream text;
-  node.visit([&](const auto& typed) { text << typed; });
-  constexpr std::size_t kLongest = 120;
-  return text.str().size() <= kLongest ? text.str() : text.str().substr(0, kLongest) + "...";
-}
 
 std::string origin_of(const std::string& file, const toml::node& node) {
   return fmt::format("{}:{}", file, node.source().begin.line);

@@ -10,6 +10,7 @@
 #include "atmosphere/netcdf_reader.h"
 #include "output/checksum.h"
 #include "output/command_line.h"
+#include "output/file_bytes.h"
 #include "output/netcdf_writer.h"
 
 namespace twilight {
@@ -20,11 +21,6 @@ namespace fs = std::filesystem;
 // The file's fingerprint stands in itself, behind this word, and is made with noughts in its place.
 constexpr std::string_view kMark = "fnv1a64:";
 constexpr std::size_t kDigits = 16;
-
-std::string bytes_of(const fs::path& path) {
-  std::ifstream stream(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
 
 // Where the digits stand; npos in what is no file of a case.
 std::size_t digits_at(const std::string& bytes) {
@@ -107,7 +103,7 @@ void write_case(const fs::path& folder, const CaseResult& result,
     out.put(q.name, std::span<const double>(q.values));
   }
   out.close();
-  const std::string bytes = bytes_of(file.temporary());
+  const std::string bytes = file_bytes(file.temporary());
   const std::size_t at = digits_at(bytes);
   if (at == std::string::npos) file.fail("it cannot be read back");
   file.seek(at);
@@ -119,7 +115,7 @@ std::optional<CaseResult> read_case(const fs::path& folder, const std::string& h
   const fs::path path = case_file(folder, hash);
   std::error_code ignored;
   if (!fs::is_regular_file(path, ignored)) return std::nullopt;
-  if (!is_sound(bytes_of(path))) return std::nullopt;
+  if (!is_sound(file_bytes(path))) return std::nullopt;
   try {
     const NetcdfReader file(path, "case of a study");
     CaseResult result;

@@ -14,6 +14,7 @@
 
 #include "output/command_line.h"
 #include "output/csv_table.h"
+#include "output/file_bytes.h"
 #include "output/netcdf_writer.h"
 #include "output/study_case_file.h"
 #include "output/study_report.h"
@@ -305,14 +306,9 @@ std::vector<std::string> Assembler::finish() {
   return files;
 }
 
-std::string bytes_of(const fs::path& path) {
-  std::ifstream stream(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
-
 void copy_whole(const fs::path& from, const fs::path& to) {
   std::error_code ignored;
-  if (fs::is_regular_file(from, ignored)) write_text_file(to, bytes_of(from));
+  if (fs::is_regular_file(from, ignored)) write_text_file(to, file_bytes(from));
 }
 
 }  // namespace

@@ -19,6 +19,7 @@
 #include "output/checksum.h"
 #include "output/child_run.h"
 #include "output/command_line.h"
+#include "output/file_bytes.h"
 #include "sim/scene_aerosols.h"
 #include "sim/scene_file.h"
 
@@ -34,18 +35,13 @@ class RungFailed : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-std::string whole_file(const fs::path& path) {
-  std::ifstream stream(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
-
 // What the files hold that the scene names.
 std::string files_of(const Scene& scene) {
   std::string all;
   for (const auto& file : {scene.atmosphere.optical_layers, scene.atmosphere.profile_file}) {
-    if (file) all += whole_file(*file);
+    if (file) all += file_bytes(*file);
   }
-  for (const fs::path& file : aerosol_files(scene)) all += whole_file(file);
+  for (const fs::path& file : aerosol_files(scene)) all += file_bytes(file);
   return all;
 }
 

@@ -12,6 +12,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "sim/toml_shown.h"
+
 namespace twilight {
 namespace {
 
@@ -50,15 +52,6 @@ std::string names_of(const Table& table) {
   for (const auto& [key, name] : table)
     text += (text.empty() ? "\"" : ", \"") + std::string(name) + '"';
   return text;
-}
-
-template <class Node>
-std::string shown(const Node& node) {
-  if (node.is_table()) return "a table";
-  std::ostringstream text;
-  node.visit([&](const auto& typed) { text << typed; });
-  constexpr std::size_t kLongest = 120;
-  return text.str().size() <= kLongest ? text.str() : text.str().substr(0, kLongest) + "...";
 }
 
 /// The table [outputs] while it is read.

@@ -17,6 +17,7 @@
 #include "atmosphere/uvspec_profile.h"
 #include "sim/models/fit_coefficients.h"
 #include "sim/quality.h"
+#include "sim/toml_shown.h"
 
 namespace twilight {
 namespace {
@@ -384,14 +385,6 @@ std::string streamed(const T& value) {
   return text.str();
 }
 
-std::string shown(const toml::node& node) {
-  if (node.is_table()) return "a table";
-  std::string text;
-  node.visit([&](const auto& typed) { text = streamed(typed); });
-  constexpr std::size_t kLongest = 120;
-  return text.size() <= kLongest ? text : text.substr(0, kLongest) + "...";
-}
-
 std::string toml_string(std::string_view text) {
   std::string out = "\"";
   for (const char c : text) {
@@ -590,19 +583,29 @@ void apply_override(LoadedScene& loaded, const std::string& assignment) {
   assign_named(loaded, key, *parsed.get("value"), origin);
 }
 
+// The file that a key's value names (all of it, or a part), which must be there: a relative path
+// starts beside the scene file.
+std::filesystem::path file_beside(const LoadedScene& loaded, std::string_view key,
+                                  std::string_view value, std::string_view named,
+                                  std::string_view must_be) {
+  std::filesystem::path file = named;
+  if (file.is_relative()) file = loaded.file.parent_path() / file;
+  file = file.lexically_normal();
+  if (named.empty() || !std::filesystem::is_regular_file(file)) {
+    throw std::invalid_argument(loaded.complaint(
+        key,
+        fmt::format("= {}: {}; there is none at {}", toml_string(value), must_be, file.string())));
+  }
+  return file;
+}
+
 // Finds the user's layers beside the scene file and checks them whole; they come with their own
 // wavelengths, and without depolarisation unless a number is given.
 void resolve_optical_layers(LoadedScene& loaded) {
   Scene& scene = loaded.scene;
-  const std::string given = *scene.atmosphere.optical_layers;
-  std::filesystem::path layers = given;
-  if (layers.is_relative()) layers = loaded.file.parent_path() / layers;
-  layers = layers.lexically_normal();
-  if (!std::filesystem::is_regular_file(layers)) {
-    throw std::invalid_argument(loaded.complaint(
-        "atmosphere.optical_layers", fmt::format("= {}: must be a CSV file; there is none at {}",
-                                                 toml_string(given), layers.string())));
-  }
+  const std::filesystem::path layers =
+      file_beside(loaded, "atmosphere.optical_layers", *scene.atmosphere.optical_layers,
+                  *scene.atmosphere.optical_layers, "must be a CSV file");
   scene.atmosphere.optical_layers = layers.string();
   const std::vector<double> held = optical_layer_wavelengths(layers);
   std::vector<double>& wanted = scene.spectrum.wavelengths_nm;
@@ -623,16 +626,9 @@ void resolve_optical_layers(LoadedScene& loaded) {
 // Finds the user's profile beside the scene file and checks it whole, and that it reaches the top.
 void resolve_profile_file(LoadedScene& loaded) {
   AtmosphereOptions& air = loaded.scene.atmosphere;
-  constexpr std::string_view kKey = "atmosphere.profile_file";
-  const std::string given = *air.profile_file;
-  std::filesystem::path file = given;
-  if (file.is_relative()) file = loaded.file.parent_path() / file;
-  file = file.lexically_normal();
-  if (given.empty() || !std::filesystem::is_regular_file(file)) {
-    throw std::invalid_argument(loaded.complaint(
-        kKey, fmt::format("= {}: must be a profile in uvspec's format; there is none at {}",
-                          toml_string(given), file.string())));
-  }
+  const std::filesystem::path file =
+      file_beside(loaded, "atmosphere.profile_file", *air.profile_file, *air.profile_file,
+                  "must be a profile in uvspec's format");
   air.profile_file = file.string();
   const double top_km = read_uvspec_profile(file).top_km();
   if (air.top_km > top_km) {
@@ -656,15 +652,8 @@ void resolve_mixture(LoadedScene& loaded) {
                                      "place; set aerosols.mixture=none too",
                                      aerosols.type)));
   }
-  const std::string given = *aerosols.mixture;
-  std::filesystem::path file = given;
-  if (file.is_relative()) file = loaded.file.parent_path() / file;
-  file = file.lexically_normal();
-  if (given.empty() || !std::filesystem::is_regular_file(file)) {
-    throw std::invalid_argument(loaded.complaint(
-        "aerosols.mixture", fmt::format("= {}: must be a mixture file; there is none at {}",
-                                        toml_string(given), file.string())));
-  }
+  const std::filesystem::path file = file_beside(loaded, "aerosols.mixture", *aerosols.mixture,
+                                                 *aerosols.mixture, "must be a mixture file");
   read_mixture_file(file);
   aerosols.mixture = file.string();
 }
@@ -673,16 +662,9 @@ void resolve_mixture(LoadedScene& loaded) {
 // wavelengths.
 void resolve_fit(LoadedScene& loaded) {
   std::string& method = loaded.scene.solver.method;
-  const std::string given = method.substr(kFitMethodPrefix.size());
-  std::filesystem::path file = given;
-  if (file.is_relative()) file = loaded.file.parent_path() / file;
-  file = file.lexically_normal();
-  if (given.empty() || !std::filesystem::is_regular_file(file)) {
-    throw std::invalid_argument(loaded.complaint(
-        "solver.method", fmt::format("= {}: must name a file that `twilight fit` made; there is "
-                                     "none at {}",
-                                     toml_string(method), file.string())));
-  }
+  const std::filesystem::path file =
+      file_beside(loaded, "solver.method", method, method.substr(kFitMethodPrefix.size()),
+                  "must name a file that `twilight fit` made");
   method = fmt::format("{}{}", kFitMethodPrefix, file.string());
   std::vector<double> held = read_fit_coefficients(file).wavelength_nm;
   if (!loaded.origin.contains("spectrum.wavelengths_nm")) {
